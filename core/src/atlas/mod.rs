@@ -1,0 +1,119 @@
+//! The atlas: everything the vehicle knows about its map, in one flash bundle that is used in place.
+//!
+//! The format is normative in `core/docs/atlas-format.md`; [`parse`](Atlas::parse) and [`emit()`] mirror each other
+//! and share [`Layout`]. Parsing checks everything once, in a fixed order, with one error per rejection; afterwards
+//! every accessor is total. The CRC covers every byte but itself.
+//!
+//! **Cost.** Parsing reads every byte twice (CRC, then limits) and copies none of the blobs; an [`Atlas`] is a few
+//! slices and the decoded header.
+
+mod emit;
+mod error;
+mod header;
+mod parse;
+
+pub use emit::{Contents, emit, emitted_len};
+pub use error::{AtlasError, Part};
+pub use header::{Blur, Header, Layout, Limits, Training};
+
+use crate::{
+    eigenspace::Eigenspace,
+    landmark::{LandmarkTable, Lattice},
+};
+
+/// The first bytes of every atlas.
+pub const MAGIC: [u8; 4] = *b"EIGM";
+
+/// The version of the format this code reads and writes.
+pub const VERSION: u16 = 1;
+
+/// Bytes before the header: magic, version, header length, total length, CRC.
+pub const PREAMBLE_LEN: usize = 16;
+
+/// Bytes that the header may take at most.
+pub const MAX_HEADER_LEN: usize = 240;
+
+/// Blobs start at multiples of this many bytes, and so must an atlas in memory.
+pub const ALIGNMENT: usize = 8;
+
+/// An atlas that passed every check, borrowed from wherever it lies.
+#[derive(Clone, Debug)]
+pub struct Atlas<'a> {
+    header: Header,
+    total_len: u32,
+    crc: u32,
+    eigenspace: Eigenspace<'a>,
+    landmarks: LandmarkTable<'a>,
+    thumbnails: &'a [u8],
+}
+
+impl<'a> Atlas<'a> {
+    /// The basis its views are projected on.
+    #[must_use]
+    pub fn eigenspace(&self) -> &Eigenspace<'a> {
+        &self.eigenspace
+    }
+
+    /// Its landmarks, best first.
+    #[must_use]
+    pub fn landmarks(&self) -> &LandmarkTable<'a> {
+        &self.landmarks
+    }
+
+    /// The lattices its candidates were taken from.
+    #[must_use]
+    pub fn lattices(&self) -> &[Lattice] {
+        &self.header.lattices
+    }
+
+    /// What counts as known.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        self.header.limits
+    }
+
+    /// The decoded header.
+    #[must_use]
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// Its length in bytes.
+    #[must_use]
+    pub fn total_len(&self) -> u32 {
+        self.total_len
+    }
+
+    /// Its CRC-32, which also serves as its identity.
+    #[must_use]
+    pub fn crc(&self) -> u32 {
+        self.crc
+    }
+
+    /// The thumbnail of landmark `index` (0-based), row-major, `header().thumbnail_side` pixels per side; `None` when
+    /// the atlas has none or no such landmark.
+    #[must_use]
+    pub fn thumbnail(&self, index: usize) -> Option<&'a [u8]> {
+        let len = usize::from(self.header.thumbnail_side) * usize::from(self.header.thumbnail_side);
+        if len == 0 {
+            return None;
+        }
+        self.thumbnails.chunks_exact(len).nth(index)
+    }
+}
+
+/// CRC-32 (ISO-HDLC, as in zlib) of everything in `atlas` but the four bytes of the CRC field itself.
+///
+/// # Panics
+/// When `atlas` is shorter than the preamble.
+#[must_use]
+pub fn checksum(atlas: &[u8]) -> u32 {
+    const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    let mut digest = CRC.digest();
+    digest.update(&atlas[..PREAMBLE_LEN - 4]);
+    digest.update(&atlas[PREAMBLE_LEN..]);
+    digest.finalize()
+}
+
+#[cfg(test)]
+mod tests;

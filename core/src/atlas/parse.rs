@@ -1,0 +1,373 @@
+//! Bytes → atlas. Every check happens here, once, in the order of [`AtlasError`]'s variants.
+
+use bytemuck::Pod;
+
+use super::{
+    ALIGNMENT, Atlas, AtlasError, Header, Layout, MAGIC, MAX_HEADER_LEN, PREAMBLE_LEN, Part,
+    VERSION, checksum,
+};
+use crate::{
+    eigenspace::{
+        Eigenspace, MAX_DIMENSIONS, Normalize, ROWS_PER_BLOCK, padded_pixels, weight_count,
+        weight_index,
+    },
+    landmark::{LandmarkTable, Table, Width, lattice::candidate_count, row_len},
+    preprocess::{MAX_VIEW_SIDE, MIN_VIEW_SIDE},
+};
+
+/// The largest accepted width and height of a map, in pixels: whole numbers up to here, and halves, are exact in f32.
+const MAX_MAP_SIDE_PX: u32 = 1 << 20;
+
+/// Floats of the header that must be finite and at least zero, or above zero.
+enum Sign {
+    NotNegative,
+    Positive,
+    Any,
+}
+
+impl<'a> Atlas<'a> {
+    /// Reads an atlas from the start of `bytes`; bytes after its end (the rest of a flash region) are not looked at.
+    ///
+    /// # Errors
+    /// The first check that failed.
+    pub fn parse(bytes: &'a [u8]) -> Result<Self, AtlasError> {
+        let offset = bytes.as_ptr().addr() % ALIGNMENT;
+        if offset != 0 {
+            return Err(AtlasError::Misaligned {
+                offset: offset as u8,
+            });
+        }
+        let (bytes, header_len, crc) = check_preamble(bytes)?;
+        let total_len = bytes.len() as u32;
+        let header = decode_header(bytes, header_len)?;
+        check_header(&header)?;
+
+        let layout = Layout::of(&header, usize::from(header_len));
+        if layout.total_len != u64::from(total_len) {
+            return Err(AtlasError::Length {
+                expected: layout.total_len,
+                found: total_len,
+            });
+        }
+        check_gaps(bytes, &layout, usize::from(header_len))?;
+
+        let eigenspace = Eigenspace {
+            side: header.view_side,
+            normalize: header.normalize,
+            limit: header.width.limit(header.dimensions),
+            mean: header.mean,
+            mean_weights: cast(layout.mean_weights.of(bytes), Part::MeanWeights)?,
+            rows: cast(layout.rows.of(bytes), Part::Rows)?,
+            weights: cast(layout.weights.of(bytes), Part::Weights)?,
+        };
+        check_eigenspace(&eigenspace)?;
+
+        let coefficients = layout.coefficients.of(bytes);
+        let landmarks = LandmarkTable {
+            metric: header.metric,
+            dimensions: header.dimensions,
+            step: header.step,
+            coefficients: match header.width {
+                Width::I16 => Table::I16(cast(coefficients, Part::Coefficients)?),
+                Width::I8 => Table::I8(cast(coefficients, Part::Coefficients)?),
+            },
+            squared_norms: cast(layout.squared_norms.of(bytes), Part::Records)?,
+            records: cast(layout.records.of(bytes), Part::Records)?,
+        };
+        check_landmarks(&landmarks, candidate_count(&header.lattices))?;
+
+        let thumbnails = layout.thumbnails.of(bytes);
+        Ok(Self {
+            header,
+            total_len,
+            crc,
+            eigenspace,
+            landmarks,
+            thumbnails,
+        })
+    }
+}
+
+/// Checks the preamble and the CRC; gives the atlas without what follows it, the header's length and the CRC.
+fn check_preamble(bytes: &[u8]) -> Result<(&[u8], u16, u32), AtlasError> {
+    let truncated = |needed| AtlasError::Truncated {
+        needed,
+        have: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
+    };
+    let Some((
+        &[
+            m0,
+            m1,
+            m2,
+            m3,
+            v0,
+            v1,
+            h0,
+            h1,
+            t0,
+            t1,
+            t2,
+            t3,
+            c0,
+            c1,
+            c2,
+            c3,
+        ],
+        _,
+    )) = bytes.split_first_chunk::<PREAMBLE_LEN>()
+    else {
+        return Err(truncated(PREAMBLE_LEN as u32));
+    };
+    let magic = [m0, m1, m2, m3];
+    if magic != MAGIC {
+        return Err(AtlasError::Magic { found: magic });
+    }
+    let version = u16::from_le_bytes([v0, v1]);
+    if version != VERSION {
+        return Err(AtlasError::Version { found: version });
+    }
+    let total_len = u32::from_le_bytes([t0, t1, t2, t3]);
+    let Some(bytes) = bytes.get(..total_len as usize) else {
+        return Err(truncated(total_len));
+    };
+    if bytes.len() < PREAMBLE_LEN {
+        return Err(AtlasError::Length {
+            expected: PREAMBLE_LEN as u64,
+            found: total_len,
+        });
+    }
+    let (stored, computed) = (u32::from_le_bytes([c0, c1, c2, c3]), checksum(bytes));
+    if stored != computed {
+        return Err(AtlasError::Crc { stored, computed });
+    }
+    Ok((bytes, u16::from_le_bytes([h0, h1]), stored))
+}
+
+fn decode_header(bytes: &[u8], len: u16) -> Result<Header, AtlasError> {
+    let error = AtlasError::Header { len };
+    if usize::from(len) > MAX_HEADER_LEN {
+        return Err(error);
+    }
+    let encoded = bytes
+        .get(PREAMBLE_LEN..PREAMBLE_LEN + usize::from(len))
+        .ok_or(error)?;
+    match postcard::take_from_bytes(encoded) {
+        Ok((header, [])) => Ok(header),
+        _ => Err(error),
+    }
+}
+
+fn check_header(header: &Header) -> Result<(), AtlasError> {
+    let range = |part, found: u32, min: u32, max: u32| {
+        if (min..=max).contains(&found) {
+            Ok(())
+        } else {
+            Err(AtlasError::Range {
+                part,
+                found,
+                min,
+                max,
+            })
+        }
+    };
+    range(
+        Part::ViewSide,
+        header.view_side.into(),
+        MIN_VIEW_SIDE.into(),
+        MAX_VIEW_SIDE.into(),
+    )?;
+    let pixels = u32::from(header.view_side) * u32::from(header.view_side);
+    range(
+        Part::Dimensions,
+        header.dimensions.into(),
+        1,
+        pixels.min(MAX_DIMENSIONS.into()),
+    )?;
+    range(Part::Landmarks, header.landmarks, 1, u32::MAX)?;
+    range(Part::Map, header.map_px.0, 1, MAX_MAP_SIDE_PX)?;
+    range(Part::Map, header.map_px.1, 1, MAX_MAP_SIDE_PX)?;
+    range(Part::Lattices, header.lattices.len() as u32, 1, 2)?;
+    for lattice in &header.lattices {
+        range(Part::Lattice, lattice.count(), 1, u32::MAX)?;
+        let numbers = [lattice.origin.x_px, lattice.origin.y_px, lattice.stride_px];
+        check_numbers(Part::Lattice, numbers, &Sign::NotNegative)?;
+        let last = lattice.point(u32::from(lattice.columns) - 1, u32::from(lattice.rows) - 1);
+        check_numbers(Part::Lattice, [last.x_px, last.y_px], &Sign::NotNegative)?;
+    }
+    check_numbers(Part::Footprint, [header.footprint_px], &Sign::Positive)?;
+    check_numbers(Part::Step, [header.step], &Sign::Positive)?;
+    check_numbers(
+        Part::Limits,
+        [header.limits.distance, header.limits.from_feature_space],
+        &Sign::NotNegative,
+    )?;
+    check_numbers(Part::MeanRow, [header.mean.scale], &Sign::Positive)?;
+    check_numbers(
+        Part::MeanRow,
+        [header.mean.base, header.mean.energy],
+        &Sign::NotNegative,
+    )?;
+    let training = header.training;
+    let settings = [
+        training.scale,
+        training.highpass,
+        training.whiten,
+        training.covered_variance,
+    ];
+    check_numbers(Part::Training, settings, &Sign::NotNegative)
+}
+
+/// Bytes between blobs are zero, so that the same contents always have the same bytes.
+fn check_gaps(bytes: &[u8], layout: &Layout, header_len: usize) -> Result<(), AtlasError> {
+    let mut end = PREAMBLE_LEN + header_len;
+    for blob in layout.blobs() {
+        let range = blob.range();
+        if bytes[end..range.start].iter().any(|&byte| byte != 0) {
+            return Err(AtlasError::Padding { part: Part::Gap });
+        }
+        end = range.end;
+    }
+    Ok(())
+}
+
+fn check_eigenspace(eigenspace: &Eigenspace<'_>) -> Result<(), AtlasError> {
+    let (side, k) = (eigenspace.side, eigenspace.rows.len());
+    let pixels = usize::from(side) * usize::from(side);
+    for row in eigenspace.rows {
+        check_numbers(Part::Rows, [row.scale, row.spread], &Sign::Positive)?;
+        check_numbers(Part::Rows, [row.offset], &Sign::Any)?;
+    }
+
+    let is_balanced = eigenspace.normalize != Normalize::None;
+    for row in 0..k {
+        let (mut sum, mut magnitude) = (0_i32, 0_u32);
+        for pixel in 0..pixels {
+            let weight = eigenspace.weights[weight_index(side, row, pixel)];
+            sum += i32::from(weight);
+            magnitude += u32::from(weight.unsigned_abs());
+        }
+        if u64::from(magnitude) * 255 >= 1 << 31 {
+            return Err(AtlasError::Weights {
+                row: row as u32,
+                sum: magnitude,
+            });
+        }
+        if is_balanced && sum != 0 {
+            return Err(AtlasError::Unbalanced {
+                row: row as u32,
+                sum,
+            });
+        }
+    }
+    let sum = eigenspace
+        .mean_weights
+        .iter()
+        .map(|&weight| i32::from(weight))
+        .sum();
+    if is_balanced && sum != 0 {
+        return Err(AtlasError::Unbalanced { row: k as u32, sum });
+    }
+
+    // Rows beyond k and pixels beyond m have weight zero: count what is not, everywhere and where it may be.
+    let stored = eigenspace
+        .weights
+        .iter()
+        .filter(|&&weight| weight != 0)
+        .count();
+    let used = (0..k)
+        .flat_map(|row| (0..pixels).map(move |pixel| weight_index(side, row, pixel)))
+        .filter(|&index| eigenspace.weights[index] != 0)
+        .count();
+    debug_assert_eq!(eigenspace.weights.len(), weight_count(side, k as u8));
+    debug_assert_eq!(
+        eigenspace.weights.len() % (ROWS_PER_BLOCK * padded_pixels(side)),
+        0
+    );
+    if stored != used {
+        return Err(AtlasError::Padding {
+            part: Part::Weights,
+        });
+    }
+    Ok(())
+}
+
+fn check_landmarks(table: &LandmarkTable<'_>, candidates: u32) -> Result<(), AtlasError> {
+    let limit = table.width().limit(table.dimensions);
+    for (record, index) in table.records.iter().zip(0_u32..) {
+        if record.view == 0 || record.view > candidates {
+            return Err(AtlasError::View {
+                landmark: index,
+                found: record.view,
+                candidates,
+            });
+        }
+        if !(record.radius.is_finite() && record.radius >= 0.0) {
+            return Err(AtlasError::Number {
+                part: Part::Records,
+                index,
+            });
+        }
+        let mut expected = 0;
+        for found in table.coefficients(index as usize) {
+            if found.unsigned_abs() > limit.unsigned_abs() {
+                return Err(AtlasError::Coefficient {
+                    landmark: index,
+                    found,
+                    limit,
+                });
+            }
+            expected += (i32::from(found) * i32::from(found)) as u32;
+        }
+        let found = table.squared_norms[index as usize];
+        if found != expected {
+            return Err(AtlasError::Norm {
+                landmark: index,
+                found,
+                expected,
+            });
+        }
+    }
+
+    let (k, stride) = (
+        usize::from(table.dimensions),
+        row_len(table.dimensions, table.width()),
+    );
+    let is_padded = match table.coefficients {
+        Table::I16(values) => values
+            .chunks_exact(stride)
+            .all(|row| row[k..].iter().all(|&value| value == 0)),
+        Table::I8(values) => values
+            .chunks_exact(stride)
+            .all(|row| row[k..].iter().all(|&value| value == 0)),
+    };
+    if is_padded {
+        Ok(())
+    } else {
+        Err(AtlasError::Padding {
+            part: Part::Coefficients,
+        })
+    }
+}
+
+fn check_numbers<const N: usize>(
+    part: Part,
+    numbers: [f32; N],
+    sign: &Sign,
+) -> Result<(), AtlasError> {
+    for (number, index) in numbers.into_iter().zip(0..) {
+        let has_sign = match sign {
+            Sign::NotNegative => number >= 0.0,
+            Sign::Positive => number > 0.0,
+            Sign::Any => true,
+        };
+        if !number.is_finite() || !has_sign {
+            return Err(AtlasError::Number { part, index });
+        }
+    }
+    Ok(())
+}
+
+/// A blob as numbers. Blobs are aligned and whole by construction, so this does not fail.
+fn cast<T: Pod>(blob: &[u8], part: Part) -> Result<&[T], AtlasError> {
+    bytemuck::try_cast_slice(blob).map_err(|_| AtlasError::Number { part, index: 0 })
+}

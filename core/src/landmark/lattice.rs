@@ -1,0 +1,135 @@
+//! Where candidates lie on the map.
+//!
+//! Candidates are the windows of one or two regular lattices, numbered from 1, row by row, the second lattice after
+//! the first. The report's layout (section 3.1, corrected) is 8×6 windows side by side, then 7×5 windows centred on
+//! the inner corners of the first. A dense table is one lattice with a small stride. Numbers instead of coordinates
+//! make a landmark's place cost nothing in flash, and its neighbours computable.
+//!
+//! Map coordinates: pixels, x to the right, y down, origin at the top-left corner of the map; the place of a window
+//! is its centre.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// A point on the map, in map pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Point {
+    /// To the right of the map's left edge.
+    pub x_px: f32,
+    /// Below the map's top edge.
+    pub y_px: f32,
+}
+
+/// A regular grid of window centres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lattice {
+    /// Centre of the first window.
+    pub origin: Point,
+    /// Distance between neighbouring centres, in map pixels; positive.
+    pub stride_px: f32,
+    /// Windows per row; at least one.
+    pub columns: u16,
+    /// Rows of windows; at least one.
+    pub rows: u16,
+}
+
+/// The lattices of a map, in the order of their numbers.
+pub type Lattices = Vec<Lattice, 2>;
+
+impl Lattice {
+    /// Number of windows.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        u32::from(self.columns) * u32::from(self.rows)
+    }
+
+    /// Centre of the window at `column` and `row`, 0-based.
+    #[must_use]
+    pub fn point(&self, column: u32, row: u32) -> Point {
+        Point {
+            x_px: self.origin.x_px + column as f32 * self.stride_px,
+            y_px: self.origin.y_px + row as f32 * self.stride_px,
+        }
+    }
+}
+
+/// Number of candidates on all lattices; saturating.
+#[must_use]
+pub fn candidate_count(lattices: &[Lattice]) -> u32 {
+    lattices
+        .iter()
+        .map(Lattice::count)
+        .fold(0, u32::saturating_add)
+}
+
+/// The place of candidate `view` (1-based), `None` when there is no such number.
+///
+/// ```
+/// use eigenmark_core::landmark::{Lattice, Point, lattice::place};
+/// let grid = Lattice { origin: Point { x_px: 100.0, y_px: 100.0 }, stride_px: 200.0, columns: 8, rows: 6 };
+/// assert_eq!(place(&[grid], 10), Some(Point { x_px: 300.0, y_px: 300.0 }));
+/// assert_eq!(place(&[grid], 49), None);
+/// ```
+#[must_use]
+pub fn place(lattices: &[Lattice], view: u32) -> Option<Point> {
+    let mut index = view.checked_sub(1)?;
+    for lattice in lattices {
+        if index < lattice.count() {
+            let columns = u32::from(lattice.columns);
+            return Some(lattice.point(index % columns, index / columns));
+        }
+        index -= lattice.count();
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reports_views_lie_where_its_figure_shows_them() {
+        let corner = Point {
+            x_px: 100.0,
+            y_px: 100.0,
+        };
+        let inner = Point {
+            x_px: 200.0,
+            y_px: 200.0,
+        };
+        let lattices = [
+            Lattice {
+                origin: corner,
+                stride_px: 200.0,
+                columns: 8,
+                rows: 6,
+            },
+            Lattice {
+                origin: inner,
+                stride_px: 200.0,
+                columns: 7,
+                rows: 5,
+            },
+        ];
+        assert_eq!(candidate_count(&lattices), 83);
+        assert_eq!(place(&lattices, 0), None);
+        assert_eq!(place(&lattices, 1), Some(corner));
+        assert_eq!(
+            place(&lattices, 48),
+            Some(Point {
+                x_px: 1500.0,
+                y_px: 1100.0
+            })
+        );
+        assert_eq!(place(&lattices, 49), Some(inner));
+        assert_eq!(
+            place(&lattices, 83),
+            Some(Point {
+                x_px: 1400.0,
+                y_px: 1000.0
+            })
+        );
+        assert_eq!(place(&lattices, 84), None);
+    }
+}

@@ -1,0 +1,232 @@
+//! Packets: message + CRC-32, COBS, zero.
+
+use core::fmt;
+
+use serde::{Deserialize, Serialize};
+
+const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+const CRC_LEN: usize = size_of::<u32>();
+
+/// Why a packet was dropped, or could not be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Damage {
+    /// It is longer than the receiver's, or the sender's, buffer.
+    TooLong,
+    /// It is not COBS.
+    Encoding,
+    /// Its CRC does not match.
+    Crc,
+    /// It is intact but not a message.
+    Message,
+}
+
+/// Collects the bytes of packets of up to `N` bytes, zero included.
+#[derive(Debug)]
+pub struct Receiver<const N: usize> {
+    buffer: [u8; N],
+    len: usize,
+    is_overlong: bool,
+}
+
+/// Bytes of a packet that carries a message of `len` bytes, at most, zero included.
+#[must_use]
+pub const fn encoded_len(len: usize) -> usize {
+    cobs::max_encoding_length(len + CRC_LEN) + 1
+}
+
+/// Encodes `message` as a packet at the start of `packet`, using `scratch` for the plain message.
+///
+/// # Errors
+/// [`Damage::TooLong`] when either buffer is too small.
+pub fn encode<'b>(
+    message: &impl Serialize,
+    scratch: &mut [u8],
+    packet: &'b mut [u8],
+) -> Result<&'b [u8], Damage> {
+    let len = postcard::to_slice(message, scratch)
+        .map_err(|_| Damage::TooLong)?
+        .len();
+    let crc = CRC.checksum(&scratch[..len]).to_le_bytes();
+    let plain = scratch.get_mut(..len + CRC_LEN).ok_or(Damage::TooLong)?;
+    plain[len..].copy_from_slice(&crc);
+    if packet.len() < encoded_len(len) {
+        return Err(Damage::TooLong);
+    }
+    let encoded = cobs::encode(plain, packet);
+    packet[encoded] = 0;
+    Ok(&packet[..=encoded])
+}
+
+impl<const N: usize> Receiver<N> {
+    /// An empty receiver.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            buffer: [0; N],
+            len: 0,
+            is_overlong: false,
+        }
+    }
+
+    /// Takes one byte. When it ends a packet, returns the message or what is wrong with it; empty packets are
+    /// skipped, so that extra zeros can be sent to bring both sides in step.
+    pub fn push<'s, M: Deserialize<'s>>(&'s mut self, byte: u8) -> Option<Result<M, Damage>> {
+        if byte != 0 {
+            match self.buffer.get_mut(self.len) {
+                Some(place) => {
+                    *place = byte;
+                    self.len += 1;
+                }
+                None => self.is_overlong = true,
+            }
+            return None;
+        }
+        let (len, is_overlong) = (self.len, self.is_overlong);
+        (self.len, self.is_overlong) = (0, false);
+        match (len, is_overlong) {
+            (_, true) => Some(Err(Damage::TooLong)),
+            (0, false) => None,
+            (_, false) => Some(decode(&mut self.buffer[..len])),
+        }
+    }
+}
+
+impl<const N: usize> Default for Receiver<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl fmt::Display for Damage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TooLong => "a packet is longer than its buffer",
+            Self::Encoding => "a packet is not COBS",
+            Self::Crc => "a packet's CRC does not match",
+            Self::Message => "a packet is not a message",
+        })
+    }
+}
+
+impl core::error::Error for Damage {}
+
+fn decode<'b, M: Deserialize<'b>>(packet: &'b mut [u8]) -> Result<M, Damage> {
+    let len = cobs::decode_in_place(packet).map_err(|_| Damage::Encoding)?;
+    let plain: &'b [u8] = &packet[..len];
+    let (message, crc) = plain.split_last_chunk::<CRC_LEN>().ok_or(Damage::Crc)?;
+    if CRC.checksum(message) != u32::from_le_bytes(*crc) {
+        return Err(Damage::Crc);
+    }
+    match postcard::take_from_bytes(message) {
+        Ok((message, [])) => Ok(message),
+        _ => Err(Damage::Message),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{MAX_FRAME_LEN, MAX_REPLY_LEN, MAX_REQUEST_LEN, Rejection, Reply, Request};
+    use super::*;
+    use crate::{landmark::Point, localizer::Fix};
+    use proptest::prelude::*;
+    use std::{vec, vec::Vec};
+
+    fn packet_of(message: &impl Serialize) -> Vec<u8> {
+        let (mut scratch, mut packet) = (vec![0; 100_000], vec![0; 100_000]);
+        encode(message, &mut scratch, &mut packet)
+            .expect("fits")
+            .to_vec()
+    }
+
+    #[test]
+    fn the_largest_request_fits() {
+        let pixels: Vec<u8> = (0..MAX_FRAME_LEN).map(|i| (i % 251) as u8).collect();
+        let request = Request::Locate {
+            sequence: u32::MAX,
+            width: 320,
+            height: 240,
+            pixels: &pixels,
+        };
+        let packet = packet_of(&request);
+        assert!(packet.len() <= MAX_REQUEST_LEN);
+        let mut receiver = std::boxed::Box::new(Receiver::<MAX_REQUEST_LEN>::new());
+        for &byte in &packet[..packet.len() - 1] {
+            assert_eq!(receiver.push::<Request<'_>>(byte), None);
+        }
+        assert_eq!(receiver.push(0), Some(Ok(request)));
+    }
+
+    #[test]
+    fn the_largest_reply_fits() {
+        let place = Point {
+            x_px: f32::MAX,
+            y_px: f32::MAX,
+        };
+        let fix = Fix {
+            landmark: u32::MAX,
+            view: u32::MAX,
+            place,
+            position: place,
+            distance: 1.0,
+            second: 1.0,
+            margin: 1.0,
+            from_feature_space: 1.0,
+            guaranteed: true,
+            known: true,
+        };
+        assert!(
+            packet_of(&Reply::Fix {
+                sequence: u32::MAX,
+                fix: Some(fix)
+            })
+            .len()
+                <= MAX_REPLY_LEN
+        );
+    }
+
+    #[test]
+    fn every_flipped_bit_is_noticed_and_the_next_packet_still_arrives() {
+        let rejected = Reply::Rejected {
+            sequence: Some(7),
+            reason: Rejection::Damaged(Damage::Crc),
+        };
+        let packet = packet_of(&rejected);
+        for bit in 0..(packet.len() - 1) * 8 {
+            let mut damaged = packet.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            let mut receiver = Receiver::<MAX_REPLY_LEN>::new();
+            for byte in damaged {
+                if let Some(result) = receiver.push::<Reply>(byte) {
+                    assert!(result.is_err(), "bit {bit}");
+                }
+            }
+            let last = packet
+                .iter()
+                .filter_map(|&byte| receiver.push::<Reply>(byte).map(|r| r.is_ok()))
+                .last();
+            assert_eq!(last, Some(true), "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn overlong_packets_are_dropped_whole() {
+        let mut receiver = Receiver::<8>::new();
+        for _ in 0..100 {
+            assert_eq!(receiver.push::<Reply>(1), None);
+        }
+        assert_eq!(receiver.push::<Reply>(0), Some(Err(Damage::TooLong)));
+        assert_eq!(receiver.push::<Reply>(0), None);
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..600)) {
+            let mut receiver = Receiver::<256>::new();
+            for byte in bytes {
+                let _ = receiver.push::<Request<'_>>(byte);
+            }
+        }
+    }
+}

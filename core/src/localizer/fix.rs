@@ -1,0 +1,75 @@
+//! The answer.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    atlas::Atlas,
+    landmark::{Point, lattice::place},
+    preprocess::View,
+};
+
+/// Where a frame was taken, with three independent judgements of that answer. All numbers are finite.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Fix {
+    /// The nearest landmark: its rank in the table, 0-based.
+    pub landmark: u32,
+    /// The candidate that landmark was selected from, 1-based.
+    pub view: u32,
+    /// Where that landmark was seen.
+    pub place: Point,
+    /// Where the vehicle is.
+    pub position: Point,
+    /// Distance to the landmark, in the metric's unit.
+    pub distance: f32,
+    /// Distance to the second nearest landmark; `f32::MAX` in a table of one.
+    pub second: f32,
+    /// `second` over `distance`, at least 1; `f32::MAX` when the distance is zero.
+    pub margin: f32,
+    /// Distance from feature space ‖n(y) − ȳ‖² − ‖g‖²: how much of the view the eigenspace cannot express.
+    pub from_feature_space: f32,
+    /// The distance is below the landmark's radius: whatever rounding did, no other landmark is nearer
+    /// (report (2.39), reconstructed).
+    pub guaranteed: bool,
+    /// Both the distance and the distance from feature space are below the atlas's limits: this looks like a view of
+    /// the map near a landmark, not of somewhere else.
+    pub known: bool,
+}
+
+impl Fix {
+    /// Finds a view in an atlas. `None` when the view has nothing to go by, as in
+    /// [`Localizer::locate`](super::Localizer::locate), or its side is not the atlas's.
+    #[must_use]
+    pub fn of_view(atlas: &Atlas<'_>, view: &View) -> Option<Self> {
+        let projection = atlas.eigenspace().project(view)?;
+        let nearest = atlas.landmarks().nearest(&projection.coefficients)?;
+        let record = atlas
+            .landmarks()
+            .records()
+            .get(nearest.first.landmark as usize)?;
+        let place = place(atlas.lattices(), record.view)?;
+
+        let distance = nearest.first.distance;
+        let second = nearest.second.map_or(f32::MAX, |second| second.distance);
+        let margin = if distance > 0.0 {
+            (second / distance).clamp(1.0, f32::MAX)
+        } else {
+            f32::MAX
+        };
+        let limits = atlas.limits();
+        let is_near = distance <= limits.distance;
+        let is_expressed = projection.from_feature_space <= limits.from_feature_space;
+        Some(Self {
+            landmark: nearest.first.landmark,
+            view: record.view,
+            place,
+            position: place,
+            distance,
+            second,
+            margin,
+            from_feature_space: projection.from_feature_space,
+            guaranteed: !projection.clamped && distance < record.radius,
+            known: !projection.clamped && is_near && is_expressed,
+        })
+    }
+}

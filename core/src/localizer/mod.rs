@@ -1,0 +1,54 @@
+//! Frame → fix: where the vehicle is, and how far to trust that.
+
+mod fix;
+
+use crate::{
+    atlas::Atlas,
+    frame::Frame,
+    preprocess::{View, reduce},
+};
+
+pub use fix::Fix;
+
+/// Finds frames in an atlas. Holds one view as scratch and nothing else; every frame is answered on its own.
+///
+/// # Examples
+/// ```no_run
+/// use eigenmark_core::{atlas::Atlas, frame::Frame, localizer::Localizer};
+/// # fn run(flash: &[u8], pixels: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
+/// let mut localizer = Localizer::new(Atlas::parse(flash)?);
+/// if let Some(fix) = localizer.locate(&Frame::new(pixels, 160, 120, 160)?) {
+///     println!("({}, {}), guaranteed: {}", fix.position.x_px, fix.position.y_px, fix.guaranteed);
+/// }
+/// # Ok(()) }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Localizer<'a> {
+    atlas: Atlas<'a>,
+    view: View,
+}
+
+const _: () = assert!(size_of::<Localizer<'_>>() <= 4096);
+
+impl<'a> Localizer<'a> {
+    /// A localizer for `atlas`.
+    #[must_use]
+    pub fn new(atlas: Atlas<'a>) -> Self {
+        let view = View::black(atlas.eigenspace().side());
+        Self { atlas, view }
+    }
+
+    /// The atlas it was made with.
+    #[must_use]
+    pub fn atlas(&self) -> &Atlas<'a> {
+        &self.atlas
+    }
+
+    /// Where the frame was taken, or `None` when the frame shows nothing to go by (it is flat and the atlas
+    /// normalizes contrast).
+    #[must_use]
+    pub fn locate(&mut self, frame: &Frame<'_>) -> Option<Fix> {
+        reduce(frame, &mut self.view);
+        Fix::of_view(&self.atlas, &self.view)
+    }
+}

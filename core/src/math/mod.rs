@@ -1,0 +1,54 @@
+//! Rounding and roots whose results have the same bits on every machine.
+//!
+//! `core` has no `f32::sqrt` or `f32::round`, and a platform's own may differ in the last bit. The root comes from
+//! `libm` (correctly rounded); rounding is written out here because it also has to saturate.
+
+/// Square root, correctly rounded. Negative input gives NaN, as in IEEE 754.
+#[must_use]
+pub fn sqrt(x: f32) -> f32 {
+    libm::sqrtf(x)
+}
+
+/// The whole number nearest to `x` (halves away from zero), clamped to `-limit..=limit`, and whether it was clamped.
+///
+/// NaN counts as clamped and gives 0.
+///
+/// ```
+/// use eigenmark_core::math::round_clamped;
+/// assert_eq!(round_clamped(-2.5, 100), (-3, false));
+/// assert_eq!(round_clamped(123.4, 100), (100, true));
+/// ```
+#[must_use]
+pub fn round_clamped(x: f32, limit: i16) -> (i16, bool) {
+    // `as` truncates towards zero, saturates, and maps NaN to 0.
+    let whole = (if x < 0.0 { x - 0.5 } else { x + 0.5 }) as i32;
+    let clamped = whole.clamp(-i32::from(limit), i32::from(limit));
+    (clamped as i16, clamped != whole || x.is_nan())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_round_away_from_zero() {
+        assert_eq!(round_clamped(0.5, 9), (1, false));
+        assert_eq!(round_clamped(-0.5, 9), (-1, false));
+        assert_eq!(round_clamped(0.49, 9), (0, false));
+    }
+
+    #[test]
+    fn values_that_do_not_fit_are_clamped_and_reported() {
+        assert_eq!(round_clamped(9.4, 9), (9, false));
+        assert_eq!(round_clamped(9.5, 9), (9, true));
+        assert_eq!(round_clamped(f32::NEG_INFINITY, 9), (-9, true));
+        assert_eq!(round_clamped(f32::NAN, 9), (0, true));
+    }
+
+    #[test]
+    fn roots_are_correctly_rounded() {
+        for x in [0.0_f32, 1.0, 2.0, 3.0, 1e-20, 65_025.0, 1.0e11] {
+            assert_eq!(sqrt(x).to_bits(), x.sqrt().to_bits());
+        }
+    }
+}

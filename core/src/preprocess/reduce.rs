@@ -1,0 +1,127 @@
+//! Exact area averaging, one pass over the source rows.
+//!
+//! **Method.** The frame's centred square has q pixels per side, the view v. In units of 1/(q·v) of the side a source
+//! pixel is v units long and a view pixel q, so every overlap is a whole number and the weights of a view pixel add up
+//! to q². The mean is rounded half up. Nothing is approximated for ratios that are not whole.
+//!
+//! **Cost.** One multiply-add per source pixel and one more per column and source row; v sums on the stack.
+//!
+//! **Limits.** Sums stay below 255.5·q² < 2³² for q ≤ [`MAX_SIDE`](crate::frame::MAX_SIDE).
+
+use super::{MAX_VIEW_SIDE, View};
+use crate::frame::Frame;
+
+/// Reduces the frame's centred square to the pixels of `view`, whose side is kept.
+///
+/// # Examples
+/// ```
+/// use eigenmark_core::{frame::Frame, preprocess::{View, reduce}};
+/// let mut pixels = [0; 32 * 32];
+/// pixels[..16].fill(100); // half of the top row
+/// let mut view = View::black(2);
+/// reduce(&Frame::new(&pixels, 32, 32, 32)?, &mut view);
+/// assert_eq!(view.pixels(), [6, 0, 0, 0]); // 16·100 / 256 = 6.25
+/// # Ok::<(), eigenmark_core::frame::FrameError>(())
+/// ```
+pub fn reduce(frame: &Frame<'_>, view: &mut View) {
+    let q = u32::from(frame.square_side());
+    let v = u32::from(view.side());
+    view.fill(|pixels| {
+        let mut sums = [0_u32; MAX_VIEW_SIDE as usize];
+        let mut rows = pixels.chunks_exact_mut(v as usize);
+        let mut filled = 0; // units of the current view row already covered
+        for y in 0..q {
+            let source = frame.square_row(y as u16);
+            let mut left = v; // units of this source row not yet used
+            while left > 0 {
+                let used = left.min(q - filled);
+                add_row(source, q, v, used, &mut sums);
+                left -= used;
+                filled += used;
+                if filled == q {
+                    if let Some(row) = rows.next() {
+                        emit_row(&mut sums, q, row);
+                    }
+                    filled = 0;
+                }
+            }
+        }
+    });
+}
+
+/// Adds `weight` times the horizontally averaged source row to the sums of the view's columns.
+fn add_row(source: &[u8], q: u32, v: u32, weight: u32, sums: &mut [u32]) {
+    let mut pixels = source.iter();
+    let mut pixel = 0;
+    let mut left = 0; // units of the current source pixel not yet used
+    for sum in &mut sums[..v as usize] {
+        let mut needed = q;
+        let mut row_sum = 0;
+        while needed > 0 {
+            if left == 0 {
+                pixel = pixels.next().map_or(0, |&p| u32::from(p));
+                left = v;
+            }
+            let used = left.min(needed);
+            row_sum += used * pixel;
+            needed -= used;
+            left -= used;
+        }
+        *sum += weight * row_sum;
+    }
+}
+
+/// Turns the finished sums into a row of pixels and clears them.
+fn emit_row(sums: &mut [u32], q: u32, row: &mut [u8]) {
+    for (pixel, sum) in row.iter_mut().zip(sums) {
+        *pixel = ((*sum + q * q / 2) / (q * q)) as u8;
+        *sum = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reduce_reference;
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn reduce_matches_reference(
+            width in 32_u16..90, height in 32_u16..90, pad in 0_usize..5, side in 2_u8..=50, seed in any::<u32>(),
+        ) {
+            let stride = usize::from(width) + pad;
+            let mut state = seed;
+            let pixels: Vec<u8> = (0..stride * usize::from(height))
+                .map(|_| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    (state >> 24) as u8
+                })
+                .collect();
+            let frame = Frame::new(&pixels, width, height, stride).expect("valid");
+            let (mut fast, mut plain) = (View::black(side), View::black(side));
+            reduce(&frame, &mut fast);
+            reduce_reference(&frame, &mut plain);
+            prop_assert_eq!(fast, plain);
+        }
+    }
+
+    #[test]
+    fn a_white_frame_gives_a_white_view_at_the_largest_size() {
+        let pixels = std::vec![255; 4096 * 4096];
+        let frame = Frame::new(&pixels, 4096, 4096, 4096).expect("valid");
+        let mut view = View::black(50);
+        reduce(&frame, &mut view);
+        assert!(view.pixels().iter().all(|&p| p == 255));
+    }
+
+    #[test]
+    fn whole_ratios_are_plain_means() {
+        let pixels: Vec<u8> = (0..64 * 64).map(|i| (i % 64 * 4) as u8).collect();
+        let mut view = View::black(4);
+        reduce(&Frame::new(&pixels, 64, 64, 64).expect("valid"), &mut view);
+        assert_eq!(view.pixels()[..4], [30, 94, 158, 222]);
+    }
+}
