@@ -1,1 +1,25 @@
+//! The laptop's half of Eigenmark: an aerial map goes in, an atlas for the vehicle comes out, and a judgement of it.
+//!
+//! The folders are the workflow, and each has its inference twin in `eigenmark-core`:
+//!
+//! | folder | does | twin in the core |
+//! | --- | --- | --- |
+//! | [`map`] | loads aerial maps, draws the built-in one, lays out candidates | `frame`, `landmark::lattice` |
+//! | [`learn`] | preprocessing, PCA, and the pipeline from map to atlas | `preprocess`, `eigenspace` |
+//! | [`select`] | which candidates become landmarks | `landmark` |
+//! | [`atlas`] | folds, quantizes, calibrates, reads and writes atlases | `atlas` |
+//! | [`simulate`] | a camera over the map | — |
+//! | [`evaluate`] | how often the core is right when the view deviates | `localizer` |
+//! | [`report`] | self-contained HTML pages | — |
+//! | [`output`] | files that are whole or absent, NumPy arrays, progress | — |
+//!
+//! The command line (`command`, in the binary) only parses, calls this library, and prints.
 
+pub mod atlas;
+pub mod evaluate;
+pub mod learn;
+pub mod map;
+pub mod output;
+pub mod report;
+pub mod select;
+pub mod simulate;

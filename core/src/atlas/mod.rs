@@ -90,6 +90,12 @@ impl<'a> Atlas<'a> {
         self.crc
     }
 
+    /// All thumbnails, one after the other; empty when the atlas has none.
+    #[must_use]
+    pub fn thumbnails(&self) -> &'a [u8] {
+        self.thumbnails
+    }
+
     /// The thumbnail of landmark `index` (0-based), row-major, `header().thumbnail_side` pixels per side; `None` when
     /// the atlas has none or no such landmark.
     #[must_use]

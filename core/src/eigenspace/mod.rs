@@ -120,7 +120,7 @@ impl Coefficients {
     }
 }
 
-impl Eigenspace<'_> {
+impl<'a> Eigenspace<'a> {
     /// Pixels per side of the views it projects, v.
     #[must_use]
     pub fn side(&self) -> u8 {
@@ -147,8 +147,20 @@ impl Eigenspace<'_> {
 
     /// Per-row factors, k of them.
     #[must_use]
-    pub fn rows(&self) -> &[Row] {
+    pub fn rows(&self) -> &'a [Row] {
         self.rows
+    }
+
+    /// All weights as stored, see [`weight_index`].
+    #[must_use]
+    pub fn stored_weights(&self) -> &'a [i16] {
+        self.weights
+    }
+
+    /// The weights of the mean row as stored, see [`mean_index`].
+    #[must_use]
+    pub fn stored_mean_weights(&self) -> &'a [i8] {
+        self.mean_weights
     }
 
     /// The integer weight of `pixel` in basis row `row`, as stored; zero outside the basis.

@@ -9,12 +9,14 @@
 //! ```
 
 mod packet;
+mod responder;
 
 use serde::{Deserialize, Serialize};
 
 use crate::{atlas::Atlas, frame::FrameError, localizer::Fix};
 
 pub use packet::{Damage, Receiver, encode, encoded_len};
+pub use responder::Responder;
 
 /// The largest frame a board accepts over the link: 320×240 pixels.
 pub const MAX_FRAME_LEN: usize = 320 * 240;

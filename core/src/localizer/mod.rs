@@ -1,5 +1,6 @@
 //! Frame → fix: where the vehicle is, and how far to trust that.
 
+mod digest;
 mod fix;
 
 use crate::{
@@ -8,6 +9,7 @@ use crate::{
     preprocess::{View, reduce},
 };
 
+pub use digest::{digest, reduction_matches_reference};
 pub use fix::Fix;
 
 /// Finds frames in an atlas. Holds one view as scratch and nothing else; every frame is answered on its own.

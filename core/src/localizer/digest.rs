@@ -1,0 +1,68 @@
+//! One number for many answers: the same on every machine, or something is wrong.
+
+use crate::{
+    atlas::Atlas,
+    frame::Frame,
+    localizer::{Fix, Localizer},
+    preprocess::{View, reduce, reduce_reference},
+};
+
+/// Frames that are located.
+const FRAMES: u32 = 64;
+
+/// The largest frame that is located, in pixels.
+const MAX_LEN: usize = 160 * 120;
+
+/// CRC-32 of the fixes of 64 pseudo-random frames of different sizes and contrasts, computed by the code that flies.
+///
+/// A board and a host that disagree on any bit of any fix give different numbers.
+#[must_use]
+pub fn digest(atlas: &Atlas<'_>) -> u32 {
+    const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    let mut localizer = Localizer::new(atlas.clone());
+    let mut digest = CRC.digest();
+    for number in 0..FRAMES {
+        let mut buffer = [0; MAX_LEN];
+        let frame = pseudo_random_frame(number, &mut buffer);
+        let fix: Option<Fix> = frame.and_then(|frame| localizer.locate(&frame));
+        let mut encoded = [0; 64];
+        if let Ok(bytes) = postcard::to_slice(&fix, &mut encoded) {
+            digest.update(bytes);
+        }
+    }
+    digest.finalize()
+}
+
+/// Whether the reduction gives the bits of its reference twin on some small frames.
+#[must_use]
+pub fn reduction_matches_reference() -> bool {
+    (0..4).all(|number| {
+        let mut buffer = [0; MAX_LEN];
+        let Some(frame) = pseudo_random_frame(number * 16, &mut buffer) else {
+            return false;
+        };
+        let side = [20, 13, 50, 2][number as usize % 4];
+        let (mut fast, mut plain) = (View::black(side), View::black(side));
+        reduce(&frame, &mut fast);
+        reduce_reference(&frame, &mut plain);
+        fast == plain
+    })
+}
+
+/// Blocks of random levels: contrast at the scale of views, so that fixes differ.
+fn pseudo_random_frame(number: u32, buffer: &mut [u8; MAX_LEN]) -> Option<Frame<'_>> {
+    let width = 32 + (number * 37 % 129) as u16;
+    let height = 32 + (number * 53 % 89) as u16;
+    let mut state = number.wrapping_mul(0x9e37_79b9) | 1;
+    let mut levels = [0; 64];
+    for level in &mut levels {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        *level = (state >> 24) as u8;
+    }
+    let pixels = &mut buffer[..usize::from(width) * usize::from(height)];
+    for (pixel, index) in pixels.iter_mut().zip(0_usize..) {
+        let (x, y) = (index % usize::from(width), index / usize::from(width));
+        *pixel = levels[(x * 8 / usize::from(width)) + 8 * (y * 8 / usize::from(height))];
+    }
+    Frame::new(pixels, width, height, usize::from(width)).ok()
+}

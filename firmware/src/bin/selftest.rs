@@ -1,0 +1,65 @@
+//! Checks on the target what must hold there, and prints the numbers that a host compares with its own.
+
+#![no_std]
+#![no_main]
+
+use eigenmark_core::{
+    atlas::{Atlas, AtlasError},
+    localizer::{Localizer, digest, reduction_matches_reference},
+};
+use eigenmark_firmware::{
+    atlas_region::{self, Slot},
+    fail, stack, succeed,
+};
+
+/// Budget of the stack, in bytes; the digest's frame of 19,200 bytes lies on it besides.
+const STACK_BYTES: usize = 8 * 1024 + 160 * 120;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let Some((slot, atlas)) = atlas_region::find() else {
+        defmt::error!("no slot holds a valid atlas");
+        fail()
+    };
+    check("the first slot is used", slot == Slot::A);
+    let flash = atlas_region::bytes(slot);
+    let len = atlas.total_len() as usize;
+    check(
+        "an atlas that is cut short is refused",
+        matches!(
+            Atlas::parse(&flash[..len - 1]),
+            Err(AtlasError::Truncated { .. })
+        ),
+    );
+    check(
+        "an atlas that is not aligned is refused",
+        matches!(
+            Atlas::parse(&flash[4..]),
+            Err(AtlasError::Misaligned { offset: 4 })
+        ),
+    );
+    check(
+        "the reduction matches its reference",
+        reduction_matches_reference(),
+    );
+
+    let digest = digest(&atlas);
+    let stack = stack::high_water_mark();
+    check("the stack stays within its budget", stack <= STACK_BYTES);
+    defmt::println!(
+        "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{}}}",
+        atlas.crc(),
+        digest,
+        size_of::<Localizer<'_>>(),
+        stack - 160 * 120,
+    );
+    succeed()
+}
+
+fn check(what: &'static str, holds: bool) {
+    if !holds {
+        defmt::error!("{=str}: failed", what);
+        fail()
+    }
+    defmt::info!("{=str}: ok", what);
+}

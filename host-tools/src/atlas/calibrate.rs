@@ -1,0 +1,179 @@
+//! What only trying can tell: what counts as known, and which radii are too wide in practice.
+//!
+//! Views are rendered from the map around every landmark (at most [`MAX_CALIBRATED`] of them, evenly spread over the
+//! table) and located by the core itself.
+//!
+//! - **Known.** Slightly deviated views ([`Deviation::SLIGHT`]) set the limits of both distances. Each limit is the
+//!   quantile that loses at most half of what may be lost in total, so that together they keep [`KEPT_SHARE`].
+//! - **Guaranteed.** A view may deviate so much that it comes to lie within the radius of a landmark it does not show:
+//!   then that landmark *is* the nearest, as (2.39) says, and still wrong. Moderately deviated views
+//!   ([`Deviation::MODERATE`]) find such cases, and the radius is narrowed to [`NARROWING`] of the distance of the
+//!   nearest of them. Landmarks that overlap the truth by half a footprint do not count as wrong.
+
+use eigenmark_core::{
+    atlas::{Atlas, AtlasError, Contents, Limits},
+    landmark::lattice::place,
+    localizer::{Fix, Localizer},
+};
+use rayon::prelude::*;
+
+use super::AtlasBuffer;
+use crate::{
+    evaluate::Deviation,
+    map::Map,
+    output::Progress,
+    simulate::{Camera, seeded},
+};
+
+/// Share of slightly deviated training views that stay known.
+pub const KEPT_SHARE: f64 = 0.99;
+
+/// Share of the distance of a wrong fix that the radius of its landmark is narrowed to.
+const NARROWING: f32 = 0.7;
+
+/// Views rendered per purpose, at least; each landmark has at least [`MIN_PER_LANDMARK`].
+const TOTAL_VIEWS: usize = 8000;
+
+/// Views rendered per landmark, at least.
+const MIN_PER_LANDMARK: usize = 8;
+
+/// Landmarks that take part; more would only take longer.
+const MAX_CALIBRATED: usize = 2000;
+
+/// Seed of the deviations; any fixed number will do.
+const SEED: u64 = 0x00ca_11b2;
+
+/// Why an atlas could not be calibrated.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum CalibrationError {
+    /// No landmark has room for a deviated view.
+    #[error(
+        "the map is too small to deviate from any landmark's view; choose a smaller --view-size"
+    )]
+    NoRoom,
+    /// The calibrated atlas was refused.
+    #[error(transparent)]
+    Atlas(#[from] AtlasError),
+}
+
+/// Sets the limits of `open`, an atlas whose limits admit every view, and narrows its radii.
+///
+/// # Errors
+/// When no landmark has room on the map for a deviated view.
+pub fn calibrate(
+    map: &Map,
+    open: &AtlasBuffer,
+    progress: &Progress,
+) -> Result<AtlasBuffer, CalibrationError> {
+    let atlas = open.atlas();
+    let slight: Vec<Fix> = located(map, &atlas, &Deviation::SLIGHT, progress)
+        .into_iter()
+        .map(|(_, fix)| fix)
+        .collect();
+    if slight.is_empty() {
+        return Err(CalibrationError::NoRoom);
+    }
+    let kept = 1.0 - (1.0 - KEPT_SHARE) / 2.0;
+    let mut header = atlas.header().clone();
+    header.limits = Limits {
+        distance: quantile(slight.iter().map(|fix| fix.distance).collect(), kept),
+        from_feature_space: quantile(
+            slight.iter().map(|fix| fix.from_feature_space).collect(),
+            kept,
+        ),
+    };
+
+    let mut records = atlas.landmarks().records().to_vec();
+    for (truth, fix) in located(map, &atlas, &Deviation::MODERATE, progress) {
+        let record = &mut records[fix.landmark as usize];
+        if fix.distance < record.radius && is_elsewhere(&atlas, truth, &fix) {
+            record.radius = fix.distance * NARROWING;
+        }
+    }
+
+    let landmarks = atlas.landmarks();
+    let coefficients: Vec<i16> = (0..landmarks.len())
+        .flat_map(|index| landmarks.coefficients(index))
+        .collect();
+    let contents = Contents {
+        header: &header,
+        weights: atlas.eigenspace().stored_weights(),
+        rows: atlas.eigenspace().rows(),
+        mean_weights: atlas.eigenspace().stored_mean_weights(),
+        coefficients: &coefficients,
+        records: &records,
+        thumbnails: atlas.thumbnails(),
+    };
+    Ok(AtlasBuffer::emit(&contents)?)
+}
+
+/// Fixes of deviated views, each with the landmark (0-based) it deviates from.
+fn located(
+    map: &Map,
+    atlas: &Atlas<'_>,
+    deviation: &Deviation,
+    progress: &Progress,
+) -> Vec<(usize, Fix)> {
+    let count = atlas.landmarks().len();
+    let taking_part = count.min(MAX_CALIBRATED);
+    let per_landmark = TOTAL_VIEWS.div_ceil(taking_part).max(MIN_PER_LANDMARK);
+    let camera = Camera::square_for(atlas);
+    let bar = progress.bar("calibrating", taking_part as u64);
+    let fixes = (0..taking_part)
+        .into_par_iter()
+        .flat_map_iter(|part| {
+            let landmark = part * count / taking_part;
+            let mut localizer = Localizer::new(atlas.clone());
+            let mut random = seeded(SEED, landmark as u64);
+            let mut frame = camera.frame();
+            let mut fixes = Vec::with_capacity(per_landmark);
+            for _ in 0..per_landmark {
+                let Some(scene) = deviation.draw(map, atlas, landmark, &mut random) else {
+                    break;
+                };
+                camera.render(map, &scene, &mut random, &mut frame);
+                fixes.extend(
+                    localizer
+                        .locate(&frame.as_frame())
+                        .map(|fix| (landmark, fix)),
+                );
+            }
+            bar.inc(1);
+            fixes
+        })
+        .collect();
+    bar.finish();
+    fixes
+}
+
+/// Whether the fix is on a landmark at least half a footprint away from landmark `truth` (0-based).
+fn is_elsewhere(atlas: &Atlas<'_>, truth: usize, fix: &Fix) -> bool {
+    let record = atlas.landmarks().records()[truth];
+    place(atlas.lattices(), record.view).is_none_or(|true_place| {
+        let (dx, dy) = (
+            true_place.x_px - fix.place.x_px,
+            true_place.y_px - fix.place.y_px,
+        );
+        dx.hypot(dy) >= atlas.header().footprint_px / 2.0
+    })
+}
+
+/// The smallest number that at least `share` of the numbers do not exceed.
+fn quantile(mut numbers: Vec<f32>, share: f64) -> f32 {
+    numbers.sort_by(f32::total_cmp);
+    let count = (share * numbers.len() as f64).ceil() as usize;
+    numbers[count.clamp(1, numbers.len()) - 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_keep_at_least_their_share() {
+        let numbers: Vec<f32> = (1..=1000).rev().map(|i| i as f32).collect();
+        assert_eq!(quantile(numbers.clone(), 0.995), 995.0);
+        assert_eq!(quantile(numbers, 1.0), 1000.0);
+        assert_eq!(quantile(vec![7.0], 0.5), 7.0);
+    }
+}

@@ -1,0 +1,101 @@
+//! How near a view must be for its landmark to be guaranteed.
+//!
+//! ε_i = ½·min_{j≠i} d(g_i, g_j) in a metric d that keeps the triangle inequality (report (2.38) and (2.39), which
+//! are lost and reconstructed): a view nearer than ε_i to landmark i is farther than ε_i from every other. For
+//! nSSD d is √nSSD, so that the radius in nSSD is a quarter of the smallest nSSD.
+//!
+//! On board, both the view and the landmark carry a quantization error of at most η. The radius is narrowed by what
+//! that can change: 2η for the Euclidean distance; for √nSSD at most 2δ/(‖z‖ − δ) with z = (g_i, g), ‖z‖ ≥ ‖g_i‖,
+//! δ = √2·η, because √nSSD = ‖L·z‖/(√2·‖z‖) with ‖L‖ = √2 and √nSSD ≤ 1.
+
+use eigenmark_core::landmark::Metric;
+use rayon::prelude::*;
+
+use crate::select::metric_distance;
+
+/// Radii of `landmarks` (candidate numbers) among each other, in the metric's unit, for coordinates that on board are
+/// wrong by at most `error`. A single landmark is guaranteed everywhere.
+#[must_use]
+pub fn radii(
+    metric: Metric,
+    coordinates: &[f64],
+    dimensions: usize,
+    landmarks: &[u32],
+    error: f64,
+) -> Vec<f32> {
+    let point =
+        |view: u32| &coordinates[(view as usize - 1) * dimensions..view as usize * dimensions];
+    landmarks
+        .par_iter()
+        .map(|&view| {
+            let nearest = landmarks
+                .iter()
+                .filter(|&&other| other != view)
+                .map(|&other| metric_distance(metric, point(view), point(other)))
+                .fold(f64::INFINITY, f64::min);
+            let norm = point(view).iter().map(|g| g * g).sum::<f64>().sqrt();
+            narrowed(metric, nearest / 2.0, norm, error)
+        })
+        .collect()
+}
+
+fn narrowed(metric: Metric, radius: f64, norm: f64, error: f64) -> f32 {
+    let loss = match metric {
+        Metric::Euclid => 2.0 * error,
+        Metric::Nssd => {
+            let error = std::f64::consts::SQRT_2 * error;
+            if norm > error {
+                2.0 * error / (norm - error)
+            } else {
+                f64::INFINITY
+            }
+        }
+    };
+    let narrowed = if loss.is_finite() {
+        (radius - loss).max(0.0)
+    } else {
+        0.0
+    };
+    let narrowed = match metric {
+        Metric::Euclid => narrowed,
+        Metric::Nssd => narrowed * narrowed,
+    };
+    // Round down: a radius must not grow.
+    (narrowed.min(f64::from(f32::MAX)) as f32)
+        .next_down()
+        .max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn radii_are_half_of_the_distance_to_the_nearest_other() {
+        let coordinates = [0.0, 10.0, 16.0];
+        let radii = radii(Metric::Euclid, &coordinates, 1, &[1, 2, 3], 0.5);
+        for (radius, expected) in radii.iter().zip([4.0, 2.0, 2.0]) {
+            assert!(
+                (radius - expected).abs() < 1e-6 && *radius < expected,
+                "{radius} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn nssd_radii_are_a_quarter() {
+        // nSSD of (3, 0) and (0, 4) is 1/2.
+        let radii = radii(Metric::Nssd, &[3.0, 0.0, 0.0, 4.0], 2, &[1, 2], 0.0);
+        assert!(radii.iter().all(|radius| (radius - 0.125).abs() < 1e-6));
+    }
+
+    #[test]
+    fn one_landmark_is_nearest_everywhere() {
+        assert!(radii(Metric::Nssd, &[3.0], 1, &[1], 0.1)[0] > 1.0);
+    }
+
+    #[test]
+    fn errors_larger_than_the_landmark_leave_nothing() {
+        assert_eq!(radii(Metric::Nssd, &[0.1, 9.0], 1, &[1, 2], 5.0)[0], 0.0);
+    }
+}

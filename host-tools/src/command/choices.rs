@@ -1,0 +1,89 @@
+//! The words that options accept, and the values they stand for.
+
+use clap::ValueEnum;
+use eigenmark_core::{
+    atlas,
+    eigenspace::Normalize,
+    landmark::{self, Width},
+};
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum BlurChoice {
+    None,
+    /// 3×3 pixels, σ = 0.48
+    Gauss1,
+    /// 5×5 pixels, σ = 0.65
+    Gauss2,
+    /// 7×7 pixels, σ = 0.76
+    Gauss3,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum NormalizeChoice {
+    None,
+    /// Zero mean
+    Mean,
+    /// Zero mean and unit variance
+    Std,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum MetricChoice {
+    /// Normalized sum of squared differences
+    Nssd,
+    /// Euclidean distance
+    Euclid,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum WidthChoice {
+    I16,
+    I8,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SelectChoice {
+    /// The most dissimilar views, by distance profile
+    Profile,
+    /// Every view: a dense table
+    All,
+}
+
+impl From<BlurChoice> for atlas::Blur {
+    fn from(choice: BlurChoice) -> Self {
+        match choice {
+            BlurChoice::None => Self::None,
+            BlurChoice::Gauss1 => Self::Gauss1,
+            BlurChoice::Gauss2 => Self::Gauss2,
+            BlurChoice::Gauss3 => Self::Gauss3,
+        }
+    }
+}
+
+impl From<NormalizeChoice> for Normalize {
+    fn from(choice: NormalizeChoice) -> Self {
+        match choice {
+            NormalizeChoice::None => Self::None,
+            NormalizeChoice::Mean => Self::Mean,
+            NormalizeChoice::Std => Self::Std,
+        }
+    }
+}
+
+impl From<MetricChoice> for landmark::Metric {
+    fn from(choice: MetricChoice) -> Self {
+        match choice {
+            MetricChoice::Nssd => Self::Nssd,
+            MetricChoice::Euclid => Self::Euclid,
+        }
+    }
+}
+
+impl From<WidthChoice> for Width {
+    fn from(choice: WidthChoice) -> Self {
+        match choice {
+            WidthChoice::I16 => Self::I16,
+            WidthChoice::I8 => Self::I8,
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! One file per command: what the user typed → a resolved plan → a call of the library → print.
+
+mod choices;
+mod demo;
+mod inspect;
+mod localize;
+mod train;
+
+use std::{
+    io::{self, Write},
+    process::ExitCode,
+};
+
+use clap::{Parser, Subcommand, error::ErrorKind};
+
+/// Exit code of unusable input or usage.
+const UNUSABLE: u8 = 2;
+
+/// Where a blimp or drone is, from one downward camera, on one microcontroller.
+#[derive(Debug, Parser)]
+#[command(
+    name = "eigenmark",
+    version,
+    after_help = "Without a command, `demo` runs."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Demo(demo::Cmd),
+    Train(train::Cmd),
+    Localize(localize::Cmd),
+    Inspect(inspect::Cmd),
+}
+
+/// Parses the command line and runs it.
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
+    let result = match cli
+        .command
+        .unwrap_or_else(|| Command::Demo(demo::Cmd::default()))
+    {
+        Command::Demo(cmd) => cmd.run(),
+        Command::Train(cmd) => cmd.run(),
+        Command::Localize(cmd) => cmd.run(),
+        Command::Inspect(cmd) => cmd.run(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", one_line(&format!("{error:#}")));
+            ExitCode::from(UNUSABLE)
+        }
+    }
+}
+
+/// Help goes to stdout as it is; a usage error is one line on stderr.
+fn usage(error: &clap::Error) -> ExitCode {
+    if matches!(
+        error.kind(),
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion
+    ) {
+        // Nothing can be done when even help cannot be written.
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    let text = error.to_string();
+    let what = text.split("\n\n").next().unwrap_or_default();
+    eprintln!("{}; try --help", one_line(what));
+    ExitCode::from(UNUSABLE)
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A reader that has seen enough (`eigenmark … | head`) is no failure.
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<io::Error>())
+        .any(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}
+
+/// Prints one JSON object on a line of its own.
+fn print_json(out: &mut impl Write, value: &impl serde::Serialize) -> anyhow::Result<()> {
+    writeln!(out, "{}", serde_json::to_string(value)?)?;
+    Ok(())
+}

@@ -1,0 +1,7 @@
+//! How often the core is right when the view is not quite the landmark's.
+
+mod deviation;
+mod trial;
+
+pub use deviation::Deviation;
+pub use trial::{Outcome, deviated_views, foreign_views};

@@ -1,0 +1,173 @@
+//! The whole way from a map to an atlas.
+
+use eigenmark_core::{
+    atlas::{Atlas, AtlasError, Training},
+    frame::FrameError,
+    preprocess::{MAX_VIEW_SIDE, MIN_VIEW_SIDE},
+};
+
+use super::{Model, PcaError, Preprocess, Selection, Settings, Views};
+use crate::{
+    atlas::{AtlasBuffer, CalibrationError, Folded, calibrate, radii},
+    map::{Grid, GridError, Map},
+    output::Progress,
+    select::{profile, rank_by_profile},
+};
+
+/// Everything training makes; the atlas is what flies, the rest is for judging and exporting.
+#[derive(Debug)]
+pub struct Trained {
+    /// The candidates.
+    pub grid: Grid,
+    /// The candidates' views.
+    pub views: Views,
+    /// The eigenspace in f64.
+    pub model: Model,
+    /// The candidates' coordinates as matched: whitened, n rows of k.
+    pub coordinates: Vec<f64>,
+    /// The distance profile and its ranking (candidate numbers, best first); only when it was asked for, or needed.
+    pub profile: Option<(Vec<f64>, Vec<u32>)>,
+    /// The selected candidates, best first.
+    pub landmarks: Vec<u32>,
+    /// The atlas.
+    pub atlas: AtlasBuffer,
+}
+
+/// Why a map could not be trained.
+#[derive(Debug, thiserror::Error)]
+pub enum TrainError {
+    /// The map is too small for the view size, or the stride too fine.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// The side of a view is outside what a board can hold.
+    #[error(
+        "views of {side}×{side} pixels (a {window_px} pixel window at this scale); \
+         a board holds {MIN_VIEW_SIDE} to {MAX_VIEW_SIDE} per side"
+    )]
+    ViewSide {
+        /// Pixels per side of a view.
+        side: u32,
+        /// Side of a window, in map pixels.
+        window_px: u32,
+    },
+    /// A window is not a frame.
+    #[error("view size: {0}")]
+    Window(FrameError),
+    /// The views would not fit into memory.
+    #[error("{candidates} views need {} MiB for training, {} are allowed; raise --stride", bytes >> 20, super::MAX_TRAINING_BYTES >> 20)]
+    TooManyViews {
+        /// Number of candidates.
+        candidates: u32,
+        /// Bytes they would need.
+        bytes: u64,
+    },
+    /// A candidate has no contrast to normalize.
+    #[error("view {view} is flat, and unit variance is asked for; choose --normalize mean")]
+    FlatView {
+        /// The candidate.
+        view: u32,
+    },
+    /// More landmarks are asked for than there are candidates.
+    #[error("{landmarks} landmarks are asked for, but the map has {candidates} views")]
+    TooManyLandmarks {
+        /// Landmarks asked for.
+        landmarks: u32,
+        /// Number of candidates.
+        candidates: u32,
+    },
+    /// There is no eigenspace of that size.
+    #[error(transparent)]
+    Pca(#[from] PcaError),
+    /// The judgement of known views could not be calibrated.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    /// The atlas could not be written.
+    #[error(transparent)]
+    Atlas(#[from] AtlasError),
+}
+
+/// Trains an atlas. `with_profile` computes the distance profile even when the selection does not need it.
+///
+/// # Errors
+/// See [`TrainError`].
+pub fn train(
+    map: &Map,
+    settings: &Settings,
+    with_profile: bool,
+    progress: &Progress,
+) -> Result<Trained, TrainError> {
+    let grid = settings.grid(map)?;
+    if let Selection::Profile { landmarks } = settings.selection
+        && landmarks > grid.count()
+    {
+        return Err(TrainError::TooManyLandmarks {
+            landmarks,
+            candidates: grid.count(),
+        });
+    }
+    let side = settings.view_side();
+    let preprocess = Preprocess::new(
+        side as usize,
+        settings.normalize,
+        settings.blur,
+        settings.highpass_px,
+    );
+
+    progress.step("cutting views");
+    let views = Views::cut(map, &grid, side, &preprocess)?;
+    progress.step("learning the eigenspace");
+    let dimensions = usize::from(settings.dimensions);
+    let model = Model::learn(&views.filtered, views.pixels, dimensions)?;
+    let coordinates = model.whitened(settings.whiten);
+
+    progress.step("selecting landmarks");
+    let is_needed = with_profile || settings.selection != Selection::All;
+    let profile = is_needed.then(|| {
+        let profile = profile(settings.metric, &coordinates, dimensions);
+        let ranking = rank_by_profile(&profile);
+        (profile, ranking)
+    });
+    let landmarks: Vec<u32> = match (settings.selection, &profile) {
+        (Selection::Profile { landmarks }, Some((_, ranking))) => {
+            ranking[..landmarks as usize].to_vec()
+        }
+        _ => (1..=grid.count()).collect(),
+    };
+
+    progress.step("quantizing");
+    let folded = Folded::new(&model, &preprocess, &views, settings);
+    let radii = radii(
+        settings.metric,
+        &coordinates,
+        dimensions,
+        &landmarks,
+        folded.error(),
+    );
+    let training = Training {
+        scale: settings.scale as f32,
+        blur: settings.blur,
+        highpass: settings.highpass_px as f32,
+        whiten: settings.whiten as f32,
+        covered_variance: model.covered_variance() as f32,
+        map_crc: map.crc(),
+    };
+    let open = folded.atlas(map, &grid, &views, &landmarks, &radii, training)?;
+    let atlas = calibrate(map, &open, progress)?;
+    Ok(Trained {
+        grid,
+        views,
+        model,
+        coordinates,
+        profile,
+        landmarks,
+        atlas,
+    })
+}
+
+impl Trained {
+    /// The atlas, parsed.
+    #[must_use]
+    pub fn atlas(&self) -> Atlas<'_> {
+        self.atlas.atlas()
+    }
+}

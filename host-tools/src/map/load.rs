@@ -1,0 +1,186 @@
+//! Picture files → 8-bit luminance.
+//!
+//! PNG, JPEG and TIFF are told apart by their contents, not by their names. Luminance is Rec. 601 (what cameras put
+//! into the Y of YUYV), rounded to the nearest; 16-bit samples are scaled by 255/65535; transparency is ignored.
+
+use std::{
+    fs::File,
+    io::{self, BufReader},
+    path::{Path, PathBuf},
+};
+
+use image::{
+    ColorType, DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbImage,
+};
+
+/// The largest accepted number of pixels of a picture: 8192×8192.
+pub const MAX_PIXELS: u64 = 1 << 26;
+
+/// Memory a decoder may use: 16-bit RGBA of the largest picture, and as much again.
+const MAX_DECODER_BYTES: u64 = MAX_PIXELS * 16;
+
+/// Why a map or picture cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum MapError {
+    /// There is no built-in map of that name.
+    #[error("builtin:{name}: no such built-in map; there is builtin:city")]
+    UnknownBuiltin {
+        /// The name asked for.
+        name: String,
+    },
+    /// The file cannot be opened or read.
+    #[error("{}: cannot read the picture: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The file is not a PNG, JPEG or TIFF picture.
+    #[error("{}: expected a PNG, JPEG or TIFF picture, found {found}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What it is instead.
+        found: String,
+    },
+    /// The picture has more pixels than are accepted.
+    #[error("{}: expected a picture of at most {MAX_PIXELS} pixels, found {width}×{height}", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its width.
+        width: u32,
+        /// Its height.
+        height: u32,
+    },
+    /// The picture's samples are of a kind that is not accepted.
+    #[error("{}: expected 8-bit or 16-bit gray or color samples, found {found}", path.display())]
+    Samples {
+        /// The file.
+        path: PathBuf,
+        /// The kind found.
+        found: String,
+    },
+    /// The picture is damaged.
+    #[error("{}: the picture does not decode: {reason}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What the decoder says.
+        reason: String,
+    },
+}
+
+/// Reads a picture file as luminance.
+///
+/// # Errors
+/// See [`MapError`].
+pub fn load(path: &Path) -> Result<GrayImage, MapError> {
+    let read = |source| MapError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let damaged = |error: image::ImageError| MapError::Damaged {
+        path: path.to_owned(),
+        reason: error.to_string().replace('\n', " "),
+    };
+    let file = File::open(path).map_err(read)?;
+    if file.metadata().map_err(read)?.is_dir() {
+        return Err(read(io::Error::from(io::ErrorKind::IsADirectory)));
+    }
+    let mut reader = ImageReader::new(BufReader::new(file))
+        .with_guessed_format()
+        .map_err(read)?;
+    match reader.format() {
+        Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Tiff) => {}
+        other => {
+            let found = other.map_or("an unknown format".to_owned(), |format| {
+                format!("{format:?}")
+            });
+            return Err(MapError::Format {
+                path: path.to_owned(),
+                found,
+            });
+        }
+    }
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(MAX_DECODER_BYTES);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(MapError::TooLarge {
+            path: path.to_owned(),
+            width,
+            height,
+        });
+    }
+    let color = decoder.color_type();
+    if matches!(color, ColorType::Rgb32F | ColorType::Rgba32F) {
+        return Err(MapError::Samples {
+            path: path.to_owned(),
+            found: "32-bit floats".to_owned(),
+        });
+    }
+    let picture = DynamicImage::from_decoder(decoder).map_err(damaged)?;
+    Ok(match picture {
+        DynamicImage::ImageLuma8(gray) => gray,
+        DynamicImage::ImageLumaA8(_)
+        | DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_) => {
+            let gray = picture.to_luma16();
+            let pixels = gray
+                .iter()
+                .map(|&sample| from_16_bits(u32::from(sample)))
+                .collect();
+            gray_image(width, height, pixels)
+        }
+        DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_) => {
+            let color = picture.to_rgb16();
+            let pixels = color
+                .pixels()
+                .map(|p| from_16_bits(weigh(p.0.map(u32::from))))
+                .collect();
+            gray_image(width, height, pixels)
+        }
+        other => luminance(&other.to_rgb8()),
+    })
+}
+
+/// Rec. 601 luminance of an 8-bit color picture, rounded to the nearest.
+#[must_use]
+pub fn luminance(picture: &RgbImage) -> GrayImage {
+    let pixels = picture
+        .pixels()
+        .map(|p| weigh(p.0.map(u32::from)) as u8)
+        .collect();
+    gray_image(picture.width(), picture.height(), pixels)
+}
+
+fn weigh([red, green, blue]: [u32; 3]) -> u32 {
+    (299 * red + 587 * green + 114 * blue + 500) / 1000
+}
+
+fn from_16_bits(sample: u32) -> u8 {
+    ((sample * 255 + 32_767) / 65_535) as u8
+}
+
+fn gray_image(width: u32, height: u32, pixels: Vec<u8>) -> GrayImage {
+    GrayImage::from_raw(width, height, pixels).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_and_gray_keep_their_level() {
+        assert_eq!(weigh([255, 255, 255]), 255);
+        assert_eq!(weigh([65_535; 3]), 65_535);
+        for level in 0..=255 {
+            assert_eq!(weigh([level; 3]), level);
+            assert_eq!(u32::from(from_16_bits(level * 257)), level);
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Which candidates become landmarks.
+
+mod dissimilarity;
+mod profile;
+
+pub use dissimilarity::{dissimilarity, metric_distance};
+pub use profile::{profile, rank_by_profile};

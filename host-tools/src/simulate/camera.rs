@@ -1,0 +1,304 @@
+//! Rendering a frame from the map.
+//!
+//! The camera looks straight down. The largest centred square of its frame covers `altitude_ratio × footprint` of the
+//! map around its position, turned by its heading (clockwise from map-up to frame-up). Every pixel is the mean of
+//! bilinear samples spread over its area, so that frames coarser than the map are anti-aliased; then gamma, then noise.
+
+use eigenmark_core::{atlas::Atlas, frame::Frame, landmark::Point};
+use rand::Rng;
+
+use crate::map::Map;
+
+/// Sides of the camera that the vehicle carries: 160×120 pixels.
+const WIDTH: u16 = 160;
+const HEIGHT: u16 = 120;
+
+/// A camera that fits an atlas.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    width: u16,
+    height: u16,
+    footprint_px: f64,
+}
+
+/// Where the camera is and how bright it is there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scene {
+    /// Middle of the frame on the map.
+    pub place: Point,
+    /// Heading in radians, clockwise from map-up to frame-up.
+    pub heading_rad: f64,
+    /// Altitude over nominal altitude.
+    pub altitude_ratio: f64,
+    /// Exponent of the brightness, 1 for none: level ↦ 255·(level/255)^gamma.
+    pub gamma: f64,
+    /// Standard deviation of the noise, in gray levels.
+    pub noise: f64,
+}
+
+/// A frame that owns its pixels.
+#[derive(Clone, Debug)]
+pub struct CameraFrame {
+    /// Luminance, row by row without gaps.
+    pub pixels: Vec<u8>,
+    /// Width in pixels.
+    pub width: u16,
+    /// Height in pixels.
+    pub height: u16,
+}
+
+impl Camera {
+    /// A 160×120 camera for the views of `atlas`.
+    #[must_use]
+    pub fn for_atlas(atlas: &Atlas<'_>) -> Self {
+        Self {
+            width: WIDTH,
+            height: HEIGHT,
+            footprint_px: f64::from(atlas.header().footprint_px),
+        }
+    }
+
+    /// The centred square of that camera alone: all that the core looks at, quicker to render.
+    #[must_use]
+    pub fn square_for(atlas: &Atlas<'_>) -> Self {
+        Self {
+            width: HEIGHT,
+            ..Self::for_atlas(atlas)
+        }
+    }
+
+    /// A black frame to render into.
+    #[must_use]
+    pub fn frame(&self) -> CameraFrame {
+        let len = usize::from(self.width) * usize::from(self.height);
+        CameraFrame {
+            pixels: vec![0; len],
+            width: self.width,
+            height: self.height,
+        }
+    }
+
+    /// Whether everything that the square shows lies on the map.
+    #[must_use]
+    pub fn is_inside(map: &Map, footprint_px: f64, scene: &Scene) -> bool {
+        let half = footprint_px * scene.altitude_ratio / 2.0;
+        let (sin, cos) = scene.heading_rad.sin_cos();
+        let reach = half * (sin.abs() + cos.abs());
+        let inside =
+            |at: f32, size: u32| f64::from(at) >= reach && f64::from(at) + reach <= f64::from(size);
+        inside(scene.place.x_px, map.width()) && inside(scene.place.y_px, map.height())
+    }
+
+    /// Renders `scene` into a frame made by [`frame`](Self::frame). Beyond the map its border pixels are repeated.
+    pub fn render(&self, map: &Map, scene: &Scene, random: &mut impl Rng, frame: &mut CameraFrame) {
+        let side = f64::from(self.width.min(self.height));
+        let pitch = self.footprint_px * scene.altitude_ratio / side; // map pixels per frame pixel
+        let samples = pitch.ceil().max(1.0) as u32;
+        let levels = gamma_table(scene.gamma);
+        let sampler = Sampler::new(map);
+        // Steps on the map per sample, to the right and down the frame.
+        let (sin, cos) = scene.heading_rad.sin_cos();
+        let step = pitch / f64::from(samples);
+        let (right, down) = (
+            [fixed(cos * step), fixed(sin * step)],
+            [fixed(-sin * step), fixed(cos * step)],
+        );
+        // The first sample of the top-left pixel; the map's pixel centres lie at halves.
+        let across = 0.5 - f64::from(self.width) / 2.0 * f64::from(samples);
+        let along = 0.5 - f64::from(self.height) / 2.0 * f64::from(samples);
+        let first = [
+            fixed(f64::from(scene.place.x_px) - 0.5 + step * (cos * across - sin * along)),
+            fixed(f64::from(scene.place.y_px) - 0.5 + step * (sin * across + cos * along)),
+        ];
+        let count = samples * samples;
+        let samples = i64::from(samples);
+        for (row, pixels) in (0..).zip(frame.pixels.chunks_exact_mut(usize::from(self.width))) {
+            for (column, pixel) in (0..).zip(pixels) {
+                let mut sum = 0;
+                for sub_row in row * samples..(row + 1) * samples {
+                    for sub_column in column * samples..(column + 1) * samples {
+                        let at = |axis: usize| {
+                            first[axis] + sub_column * right[axis] + sub_row * down[axis]
+                        };
+                        sum += sampler.bilinear(at(0), at(1));
+                    }
+                }
+                let level = (sum + (count << 15)) / (count << 16); // 0 to 255
+                let level = levels[level as usize] + scene.noise * gaussian(random);
+                *pixel = level.round().clamp(0.0, 255.0) as u8;
+            }
+        }
+    }
+}
+
+/// The map between its pixel centres, in fixed point: a frame is a few hundred thousand samples.
+struct Sampler<'a> {
+    pixels: &'a [u8],
+    width: usize,
+    height: usize,
+}
+
+impl<'a> Sampler<'a> {
+    fn new(map: &'a Map) -> Self {
+        Self {
+            pixels: map.luminance().as_raw(),
+            width: map.width() as usize,
+            height: map.height() as usize,
+        }
+    }
+
+    /// 2¹⁶ times the level at (x, y), in 1/2¹⁶ pixels; pixel centres lie at whole pixels.
+    fn bilinear(&self, x: i64, y: i64) -> u32 {
+        let clamp = |at: i64, size: usize| at.clamp(0, size as i64 - 1) as usize;
+        let (column, row) = (x >> 16, y >> 16);
+        let (left, right) = (clamp(column, self.width), clamp(column + 1, self.width));
+        let (above, below) = (
+            clamp(row, self.height) * self.width,
+            clamp(row + 1, self.height) * self.width,
+        );
+        let (u, v) = ((x >> 8 & 0xff) as u32, (y >> 8 & 0xff) as u32);
+        let at = |i: usize| u32::from(self.pixels[i]);
+        let top = at(above + left) * (256 - u) + at(above + right) * u;
+        let bottom = at(below + left) * (256 - u) + at(below + right) * u;
+        top * (256 - v) + bottom * v
+    }
+}
+
+/// A coordinate in 1/2¹⁶ pixels.
+fn fixed(pixels: f64) -> i64 {
+    (pixels * 65_536.0).round() as i64
+}
+
+impl CameraFrame {
+    /// The frame as the core sees it.
+    ///
+    /// # Panics
+    /// When the fields contradict each other.
+    #[must_use]
+    pub fn as_frame(&self) -> Frame<'_> {
+        Frame::new(
+            &self.pixels,
+            self.width,
+            self.height,
+            usize::from(self.width),
+        )
+        .expect("a camera's frame is valid")
+    }
+}
+
+impl Scene {
+    /// Exactly above a place: nominal heading, altitude and light.
+    #[must_use]
+    pub fn nominal(place: Point) -> Self {
+        Self {
+            place,
+            heading_rad: 0.0,
+            altitude_ratio: 1.0,
+            gamma: 1.0,
+            noise: 0.0,
+        }
+    }
+}
+
+fn gamma_table(gamma: f64) -> Vec<f64> {
+    (0..=255)
+        .map(|level| 255.0 * (f64::from(level) / 255.0).powf(gamma))
+        .collect()
+}
+
+/// Nearly normal with unit variance: the sum of four bytes. Reaches 3.45 standard deviations, which noise of a sensor
+/// hardly exceeds, and costs one random number.
+fn gaussian(random: &mut impl Rng) -> f64 {
+    // Each byte has the variance (256² − 1)/12; four of them a standard deviation of 147.8.
+    let sum: u32 = random.next_u32().to_le_bytes().map(u32::from).iter().sum();
+    (f64::from(sum) - 510.0) / 147.8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::seeded;
+    use super::*;
+    use image::GrayImage;
+
+    fn map() -> Map {
+        let picture = GrayImage::from_fn(400, 300, |x, y| {
+            image::Luma([((x * 7 + y * 13) % 256) as u8])
+        });
+        Map::from_luminance("test", picture)
+    }
+
+    #[test]
+    fn at_nominal_pose_and_the_maps_scale_pixels_are_copied() {
+        let camera = Camera {
+            width: 100,
+            height: 100,
+            footprint_px: 100.0,
+        };
+        let mut frame = camera.frame();
+        let scene = Scene::nominal(Point {
+            x_px: 150.0,
+            y_px: 120.0,
+        });
+        camera.render(&map(), &scene, &mut seeded(1, 1), &mut frame);
+        for (i, &pixel) in frame.pixels.iter().enumerate() {
+            let (x, y) = (100 + i as u32 % 100, 70 + i as u32 / 100);
+            assert_eq!(pixel, map().luminance().get_pixel(x, y).0[0]);
+        }
+    }
+
+    #[test]
+    fn a_quarter_turn_clockwise_puts_map_right_at_the_top() {
+        let mut picture = GrayImage::new(400, 300);
+        picture.put_pixel(249, 120, image::Luma([200])); // right of the middle
+        let map = Map::from_luminance("test", picture);
+        let camera = Camera {
+            width: 100,
+            height: 100,
+            footprint_px: 100.0,
+        };
+        let mut frame = camera.frame();
+        let heading_rad = std::f64::consts::FRAC_PI_2;
+        let scene = Scene {
+            heading_rad,
+            ..Scene::nominal(Point {
+                x_px: 200.5,
+                y_px: 120.5,
+            })
+        };
+        camera.render(&map, &scene, &mut seeded(1, 1), &mut frame);
+        let brightest = (0..10_000)
+            .max_by_key(|&i| frame.pixels[i])
+            .expect("pixels");
+        assert!(brightest / 100 <= 1, "row {}", brightest / 100);
+    }
+
+    #[test]
+    fn scenes_that_leave_the_map_are_noticed() {
+        let scene = Scene::nominal(Point {
+            x_px: 50.0,
+            y_px: 50.0,
+        });
+        assert!(Camera::is_inside(&map(), 100.0, &scene));
+        assert!(!Camera::is_inside(&map(), 101.0, &scene));
+        assert!(!Camera::is_inside(
+            &map(),
+            100.0,
+            &Scene {
+                heading_rad: 0.1,
+                ..scene
+            }
+        ));
+    }
+
+    #[test]
+    fn noise_has_the_stated_deviation() {
+        let mut random = seeded(3, 3);
+        let n = 100_000;
+        let squares: f64 = (0..n).map(|_| gaussian(&mut random).powi(2)).sum();
+        assert!(
+            (squares / f64::from(n) - 1.0).abs() < 0.02,
+            "{}",
+            squares / f64::from(n)
+        );
+    }
+}

@@ -1,0 +1,261 @@
+//! The emulated board: firmware and atlases in the flash of QEMU's Netduino Plus 2, as a flashed board would have them.
+//!
+//! The link (USART1) is a TCP connection to this process; defmt logs come over semihosting on the emulator's stdout and
+//! are decoded with the firmware's own table.
+
+use std::{
+    io::{BufReader, Read, Write},
+    net::{TcpListener, TcpStream},
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    sync::mpsc,
+    thread,
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, Result, bail, ensure};
+use defmt_decoder::{DecodeError, Table};
+use eigenmark::atlas::AtlasBuffer;
+use eigenmark_core::link::{MAX_REPLY_LEN, MAX_REQUEST_LEN, Receiver, Reply, Request, encode};
+
+use crate::cli;
+
+/// The emulator.
+pub const QEMU: &str = "qemu-system-arm";
+
+/// Start of the atlas region and of its second slot, as in `memory.x`.
+const SLOTS: [u32; 2] = [0x0802_0000, 0x0808_0000];
+
+/// How long the board may take to answer, or a program to end; many times what either needs.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A board to be started.
+#[derive(Debug)]
+pub struct Board {
+    firmware: PathBuf,
+    slots: [Option<AtlasBuffer>; 2],
+}
+
+/// A board that runs, and its link.
+#[derive(Debug)]
+pub struct Running {
+    emulator: Child,
+    stream: TcpStream,
+    receiver: Receiver<MAX_REPLY_LEN>,
+    _files: tempfile::TempDir,
+}
+
+/// One decoded log message.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Log {
+    /// Its level; `None` for plain output.
+    pub level: Option<String>,
+    /// Its text.
+    pub text: String,
+}
+
+/// Builds one binary of the firmware.
+///
+/// # Errors
+/// When cargo fails.
+pub fn firmware(name: &str) -> Result<PathBuf> {
+    let arguments = [
+        "--package",
+        "eigenmark-firmware",
+        "--profile",
+        "firmware",
+        "--bin",
+        name,
+    ];
+    let target = ["--target", "thumbv7em-none-eabihf"];
+    Ok(cli::build(&[&arguments[..], &target].concat())?.remove(0))
+}
+
+/// Whether the emulator can be started.
+#[must_use]
+pub fn has_emulator() -> bool {
+    Command::new(QEMU)
+        .arg("--version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|s| s.success())
+}
+
+impl Board {
+    /// A board flashed with a firmware file and an empty atlas region.
+    #[must_use]
+    pub fn flashed(firmware: &Path) -> Self {
+        Self {
+            firmware: firmware.to_owned(),
+            slots: [None, None],
+        }
+    }
+
+    /// The same with an atlas in its next empty slot.
+    #[must_use]
+    pub fn with_atlas(mut self, atlas: &AtlasBuffer) -> Self {
+        if let Some(slot) = self.slots.iter_mut().find(|slot| slot.is_none()) {
+            *slot = Some(atlas.clone());
+        }
+        self
+    }
+
+    /// Runs a program that ends by itself, hands every log to `log` as it comes, and gives the exit code.
+    ///
+    /// # Errors
+    /// When the emulator does not start, the logs do not decode, or the program does not end in time.
+    pub fn run(&self, mut log: impl FnMut(Log)) -> Result<i32> {
+        let files = tempfile::tempdir()?;
+        let mut emulator = self.command(files.path())?;
+        let mut emulator = emulator.stdout(Stdio::piped()).spawn().context(QEMU)?;
+        let (sender, received) = mpsc::channel();
+        let decoder = self.decode_logs(&mut emulator, move |log| drop(sender.send(log)))?;
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            match received.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+                Ok(message) => log(message),
+                Err(mpsc::RecvTimeoutError::Disconnected) => break,
+                Err(mpsc::RecvTimeoutError::Timeout) => {
+                    emulator.kill()?;
+                    bail!("the program did not end within {PATIENCE:?}");
+                }
+            }
+        }
+        let status = emulator.wait()?;
+        decoder
+            .join()
+            .map_err(|_| anyhow::anyhow!("the log decoder panicked"))??;
+        Ok(status.code().unwrap_or(-1))
+    }
+
+    /// Starts a program that serves the link, and connects to it.
+    ///
+    /// # Errors
+    /// When the emulator does not start or connect.
+    pub fn start(&self, log: impl FnMut(Log) + Send + 'static) -> Result<Running> {
+        let files = tempfile::tempdir()?;
+        let listener = TcpListener::bind("127.0.0.1:0")?;
+        let address = listener.local_addr()?;
+        let mut command = self.command(files.path())?;
+        command.arg("-serial").arg(format!("tcp:{address}"));
+        let mut emulator = command.stdout(Stdio::piped()).spawn().context(QEMU)?;
+        let (stream, _) = listener.accept()?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        self.decode_logs(&mut emulator, log)?;
+        Ok(Running {
+            emulator,
+            stream,
+            receiver: Receiver::new(),
+            _files: files,
+        })
+    }
+
+    /// The emulator with this board's flash; instruction counting makes its timer deterministic.
+    fn command(&self, directory: &Path) -> Result<Command> {
+        let mut command = Command::new(QEMU);
+        command
+            .args([
+                "-machine",
+                "netduinoplus2",
+                "-display",
+                "none",
+                "-monitor",
+                "none",
+                "-icount",
+                "shift=0",
+            ])
+            .args(["-semihosting-config", "enable=on,target=native"])
+            .arg("-kernel")
+            .arg(&self.firmware)
+            .stdin(Stdio::null());
+        for (slot, address) in self.slots.iter().zip(SLOTS) {
+            let Some(atlas) = slot else { continue };
+            let file = directory.join(format!("{address:08x}.atlas"));
+            std::fs::write(&file, atlas.bytes())?;
+            let device = format!(
+                "loader,file={},addr={address:#x},force-raw=on",
+                file.display()
+            );
+            command.arg("-device").arg(device);
+        }
+        Ok(command)
+    }
+
+    /// Decodes the emulator's stdout on a thread of its own.
+    fn decode_logs(
+        &self,
+        emulator: &mut Child,
+        mut log: impl FnMut(Log) + Send + 'static,
+    ) -> Result<thread::JoinHandle<Result<()>>> {
+        let elf =
+            std::fs::read(&self.firmware).with_context(|| self.firmware.display().to_string())?;
+        let table = Table::parse(&elf)?.context("the firmware has no defmt table")?;
+        let mut stdout = BufReader::new(emulator.stdout.take().context("stdout is piped")?);
+        Ok(thread::spawn(move || {
+            let mut decoder = table.new_stream_decoder();
+            let mut buffer = [0; 4096];
+            loop {
+                let len = stdout.read(&mut buffer)?;
+                if len == 0 {
+                    return Ok(());
+                }
+                decoder.received(&buffer[..len]);
+                loop {
+                    match decoder.decode() {
+                        Ok(frame) => log(Log {
+                            level: frame.level().map(|level| level.as_str().to_owned()),
+                            text: frame.display_message().to_string(),
+                        }),
+                        Err(DecodeError::UnexpectedEof) => break,
+                        Err(DecodeError::Malformed) => bail!("a log does not decode"),
+                    }
+                }
+            }
+        }))
+    }
+}
+
+impl Running {
+    /// Sends a request and waits for its reply.
+    ///
+    /// # Errors
+    /// When the link breaks or the reply is damaged.
+    pub fn ask(&mut self, request: &Request<'_>) -> Result<Reply> {
+        let (mut scratch, mut packet) = (vec![0; MAX_REQUEST_LEN], vec![0; MAX_REQUEST_LEN]);
+        let packet = encode(request, &mut scratch, &mut packet)?;
+        self.send(packet)?;
+        self.reply()
+    }
+
+    /// Sends bytes as they are.
+    ///
+    /// # Errors
+    /// When the link breaks.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        Ok(self.stream.write_all(bytes)?)
+    }
+
+    /// Waits for the next reply.
+    ///
+    /// # Errors
+    /// When the link breaks, the board says nothing in time, or the reply is damaged.
+    pub fn reply(&mut self) -> Result<Reply> {
+        let mut byte = [0];
+        loop {
+            ensure!(self.stream.read(&mut byte)? == 1, "the board hung up");
+            if let Some(reply) = self.receiver.push::<Reply>(byte[0]) {
+                return Ok(reply?);
+            }
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.emulator.kill();
+        let _ = self.emulator.wait();
+    }
+}
