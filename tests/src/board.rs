@@ -17,6 +17,7 @@ use anyhow::{Context, Result, bail, ensure};
 use defmt_decoder::{DecodeError, Table};
 use eigenmark::atlas::AtlasBuffer;
 use eigenmark_core::link::{MAX_REPLY_LEN, MAX_REQUEST_LEN, Receiver, Reply, Request, encode};
+use object::{Object, ObjectSegment};
 
 use crate::cli;
 
@@ -28,6 +29,9 @@ const SLOTS: [u32; 2] = [0x0802_0000, 0x0808_0000];
 
 /// How long the board may take to answer, or a program to end; many times what either needs.
 const PATIENCE: Duration = Duration::from_secs(120);
+
+/// How long a question may go unanswered before it is asked again.
+const RETRY: Duration = Duration::from_millis(300);
 
 /// A board to be started.
 #[derive(Debug)]
@@ -71,6 +75,15 @@ pub fn firmware(name: &str) -> Result<PathBuf> {
     Ok(cli::build(&[&arguments[..], &target].concat())?.remove(0))
 }
 
+/// Bytes of flash that a firmware file fills: the segments that are loaded.
+///
+/// # Errors
+/// When it is not an ELF file.
+pub fn flash_bytes(elf: &[u8]) -> Result<u64> {
+    let file = object::File::parse(elf)?;
+    Ok(file.segments().map(|segment| segment.file_range().1).sum())
+}
+
 /// Whether the emulator can be started.
 #[must_use]
 pub fn has_emulator() -> bool {
@@ -101,6 +114,13 @@ impl Board {
         self
     }
 
+    /// The same with an atlas in its second slot, whatever is in the first.
+    #[must_use]
+    pub fn with_atlas_in_second_slot(mut self, atlas: &AtlasBuffer) -> Self {
+        self.slots[1] = Some(atlas.clone());
+        self
+    }
+
     /// Runs a program that ends by itself, hands every log to `log` as it comes, and gives the exit code.
     ///
     /// # Errors
@@ -108,6 +128,8 @@ impl Board {
     pub fn run(&self, mut log: impl FnMut(Log)) -> Result<i32> {
         let files = tempfile::tempdir()?;
         let mut emulator = self.command(files.path())?;
+        // An instruction takes a nanosecond, so that timers, too, are deterministic.
+        emulator.args(["-icount", "shift=0"]);
         let mut emulator = emulator.stdout(Stdio::piped()).spawn().context(QEMU)?;
         let (sender, received) = mpsc::channel();
         let decoder = self.decode_logs(&mut emulator, move |log| drop(sender.send(log)))?;
@@ -142,17 +164,18 @@ impl Board {
         let mut emulator = command.stdout(Stdio::piped()).spawn().context(QEMU)?;
         let (stream, _) = listener.accept()?;
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(PATIENCE))?;
         self.decode_logs(&mut emulator, log)?;
-        Ok(Running {
+        let mut running = Running {
             emulator,
             stream,
             receiver: Receiver::new(),
             _files: files,
-        })
+        };
+        running.wait_until_ready()?;
+        Ok(running)
     }
 
-    /// The emulator with this board's flash; instruction counting makes its timer deterministic.
+    /// The emulator with this board's flash.
     fn command(&self, directory: &Path) -> Result<Command> {
         let mut command = Command::new(QEMU);
         command
@@ -163,8 +186,6 @@ impl Board {
                 "none",
                 "-monitor",
                 "none",
-                "-icount",
-                "shift=0",
             ])
             .args(["-semihosting-config", "enable=on,target=native"])
             .arg("-kernel")
@@ -218,7 +239,21 @@ impl Board {
 }
 
 impl Running {
-    /// Sends a request and waits for its reply.
+    /// Asks who is there until someone is: bytes that arrive before the firmware has started its link are lost.
+    fn wait_until_ready(&mut self) -> Result<()> {
+        self.stream.set_read_timeout(Some(RETRY))?;
+        let deadline = Instant::now() + PATIENCE;
+        while self.ask(&Request::Identify).is_err() {
+            ensure!(
+                Instant::now() < deadline,
+                "the board did not identify itself within {PATIENCE:?}"
+            );
+        }
+        self.stream.set_read_timeout(Some(PATIENCE))?;
+        Ok(())
+    }
+
+    /// Sends a request and waits for its reply. Late answers to earlier questions are skipped.
     ///
     /// # Errors
     /// When the link breaks or the reply is damaged.
@@ -226,7 +261,13 @@ impl Running {
         let (mut scratch, mut packet) = (vec![0; MAX_REQUEST_LEN], vec![0; MAX_REQUEST_LEN]);
         let packet = encode(request, &mut scratch, &mut packet)?;
         self.send(packet)?;
-        self.reply()
+        loop {
+            let reply = self.reply()?;
+            let is_identity = matches!(reply, Reply::Identity(_));
+            if is_identity == matches!(request, Request::Identify) {
+                return Ok(reply);
+            }
+        }
     }
 
     /// Sends bytes as they are.

@@ -13,20 +13,18 @@
 use eigenmark_core::{
     atlas::{Atlas, AtlasError, Contents, Limits},
     landmark::lattice::place,
-    localizer::{Fix, Localizer},
+    localizer::Fix,
 };
-use rayon::prelude::*;
 
 use super::AtlasBuffer;
 use crate::{
-    evaluate::Deviation,
+    evaluate::{Deviation, fixes_around},
     map::Map,
     output::Progress,
-    simulate::{Camera, seeded},
 };
 
-/// Share of slightly deviated training views that stay known.
-pub const KEPT_SHARE: f64 = 0.99;
+/// Share of slightly deviated training views that stay known; half a percent of it is for draws yet to come.
+pub const KEPT_SHARE: f64 = 0.995;
 
 /// Share of the distance of a wrong fix that the radius of its landmark is narrowed to.
 const NARROWING: f32 = 0.7;
@@ -117,33 +115,26 @@ fn located(
     let count = atlas.landmarks().len();
     let taking_part = count.min(MAX_CALIBRATED);
     let per_landmark = TOTAL_VIEWS.div_ceil(taking_part).max(MIN_PER_LANDMARK);
-    let camera = Camera::square_for(atlas);
-    let bar = progress.bar("calibrating", taking_part as u64);
-    let fixes = (0..taking_part)
-        .into_par_iter()
-        .flat_map_iter(|part| {
-            let landmark = part * count / taking_part;
-            let mut localizer = Localizer::new(atlas.clone());
-            let mut random = seeded(SEED, landmark as u64);
-            let mut frame = camera.frame();
-            let mut fixes = Vec::with_capacity(per_landmark);
-            for _ in 0..per_landmark {
-                let Some(scene) = deviation.draw(map, atlas, landmark, &mut random) else {
-                    break;
-                };
-                camera.render(map, &scene, &mut random, &mut frame);
-                fixes.extend(
-                    localizer
-                        .locate(&frame.as_frame())
-                        .map(|fix| (landmark, fix)),
-                );
-            }
-            bar.inc(1);
-            fixes
-        })
+    let landmarks: Vec<usize> = (0..taking_part)
+        .map(|part| part * count / taking_part)
         .collect();
-    bar.finish();
-    fixes
+    let fixes = fixes_around(
+        map,
+        atlas,
+        &landmarks,
+        deviation,
+        per_landmark,
+        SEED,
+        progress,
+    );
+    let labelled = |(landmark, fixes): (usize, Vec<Option<Fix>>)| {
+        fixes.into_iter().flatten().map(move |fix| (landmark, fix))
+    };
+    landmarks
+        .into_iter()
+        .zip(fixes)
+        .flat_map(labelled)
+        .collect()
 }
 
 /// Whether the fix is on a landmark at least half a footprint away from landmark `truth` (0-based).

@@ -4,4 +4,4 @@ mod deviation;
 mod trial;
 
 pub use deviation::Deviation;
-pub use trial::{Outcome, deviated_views, foreign_views};
+pub use trial::{Outcome, deviated_fixes, fixes_around, foreign_fixes};

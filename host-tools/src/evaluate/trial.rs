@@ -1,7 +1,10 @@
 //! Many deviated views, counted.
 
+use std::f64::consts::FRAC_PI_2;
+
 use eigenmark_core::{
     atlas::Atlas,
+    landmark::Point,
     localizer::{Fix, Localizer},
 };
 use rand::RngExt;
@@ -39,7 +42,9 @@ impl Outcome {
         100.0 * count as f64 / self.views.max(1) as f64
     }
 
-    fn of(fix: Option<Fix>, truth: Option<usize>) -> Self {
+    /// The outcome of one view of landmark `truth` (0-based), or of no landmark at all.
+    #[must_use]
+    pub fn of(fix: Option<Fix>, truth: Option<usize>) -> Self {
         let Some(fix) = fix else {
             return Self {
                 views: 1,
@@ -57,6 +62,15 @@ impl Outcome {
         }
     }
 
+    /// The outcomes of [`deviated_fixes`], one per landmark.
+    #[must_use]
+    pub fn of_landmarks(fixes: &[Vec<Option<Fix>>]) -> Vec<Self> {
+        let outcome = |(truth, fixes): (usize, &Vec<Option<Fix>>)| {
+            fixes.iter().map(|&fix| Self::of(fix, Some(truth))).sum()
+        };
+        fixes.iter().enumerate().map(outcome).collect()
+    }
+
     fn plus(self, other: Self) -> Self {
         Self {
             views: self.views + other.views,
@@ -69,47 +83,72 @@ impl Outcome {
     }
 }
 
-/// Locates `views_per_landmark` deviated views of every landmark; one outcome per landmark. A landmark without room
-/// on the map to deviate has an outcome of zero views.
+/// Locates `views_per_landmark` deviated views of every landmark; one list of fixes per landmark. The list of a
+/// landmark without room on the map to deviate is empty.
 #[must_use]
-pub fn deviated_views(
+pub fn deviated_fixes(
     map: &Map,
     atlas: &Atlas<'_>,
     deviation: &Deviation,
     views_per_landmark: usize,
     seed: u64,
     progress: &Progress,
-) -> Vec<Outcome> {
+) -> Vec<Vec<Option<Fix>>> {
+    let landmarks: Vec<usize> = (0..atlas.landmarks().len()).collect();
+    fixes_around(
+        map,
+        atlas,
+        &landmarks,
+        deviation,
+        views_per_landmark,
+        seed,
+        progress,
+    )
+}
+
+/// The same for some landmarks (0-based) only, in their order.
+#[must_use]
+pub fn fixes_around(
+    map: &Map,
+    atlas: &Atlas<'_>,
+    landmarks: &[usize],
+    deviation: &Deviation,
+    views_per_landmark: usize,
+    seed: u64,
+    progress: &Progress,
+) -> Vec<Vec<Option<Fix>>> {
     let camera = Camera::square_for(atlas);
-    let bar = progress.bar("evaluating", atlas.landmarks().len() as u64);
-    let outcomes = (0..atlas.landmarks().len())
-        .into_par_iter()
-        .map(|landmark| {
+    let bar = progress.bar("deviating", landmarks.len() as u64);
+    let fixes = landmarks
+        .par_iter()
+        .map(|&landmark| {
             let mut localizer = Localizer::new(atlas.clone());
             let mut random = seeded(seed, landmark as u64);
             let mut frame = camera.frame();
-            let mut outcome = Outcome::default();
+            let mut fixes = Vec::with_capacity(views_per_landmark);
             for _ in 0..views_per_landmark {
                 let Some(scene) = deviation.draw(map, atlas, landmark, &mut random) else {
                     break;
                 };
                 camera.render(map, &scene, &mut random, &mut frame);
-                outcome = outcome.plus(Outcome::of(
-                    localizer.locate(&frame.as_frame()),
-                    Some(landmark),
-                ));
+                fixes.push(localizer.locate(&frame.as_frame()));
             }
             bar.inc(1);
-            outcome
+            fixes
         })
         .collect();
     bar.finish();
-    outcomes
+    fixes
 }
 
-/// Locates `views` views of another map, at random places and headings: every fix is wrong.
+/// Locates `views` views of another map, at random places and headings.
 #[must_use]
-pub fn foreign_views(foreign: &Map, atlas: &Atlas<'_>, views: usize, seed: u64) -> Outcome {
+pub fn foreign_fixes(
+    foreign: &Map,
+    atlas: &Atlas<'_>,
+    views: usize,
+    seed: u64,
+) -> Vec<Option<Fix>> {
     let camera = Camera::square_for(atlas);
     let side = f64::from(atlas.header().footprint_px);
     (0..views)
@@ -120,13 +159,12 @@ pub fn foreign_views(foreign: &Map, atlas: &Atlas<'_>, views: usize, seed: u64) 
                 let margin = (side / 2.0).min(f64::from(size) / 2.0);
                 random.random_range(margin..=f64::from(size) - margin) as f32
             };
-            let place = eigenmark_core::landmark::Point {
+            let place = Point {
                 x_px: anywhere(foreign.width()),
                 y_px: anywhere(foreign.height()),
             };
             // Quarter turns keep the window on the map.
-            let heading_rad =
-                f64::from(random.random_range(0..4_u32)) * std::f64::consts::FRAC_PI_2;
+            let heading_rad = f64::from(random.random_range(0..4_u32)) * FRAC_PI_2;
             let scene = Scene {
                 heading_rad,
                 noise: 2.0,
@@ -134,12 +172,9 @@ pub fn foreign_views(foreign: &Map, atlas: &Atlas<'_>, views: usize, seed: u64) 
             };
             let mut frame = camera.frame();
             camera.render(foreign, &scene, &mut random, &mut frame);
-            Outcome::of(
-                Localizer::new(atlas.clone()).locate(&frame.as_frame()),
-                None,
-            )
+            Localizer::new(atlas.clone()).locate(&frame.as_frame())
         })
-        .reduce(Outcome::default, Outcome::plus)
+        .collect()
 }
 
 /// The sum of some outcomes.

@@ -1,0 +1,355 @@
+//! The command line as scripts and people meet it: exit codes, one-line errors, no half-written files, every kind of
+//! picture.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use eigenmark::map::Map;
+use eigenmark_tests::cli::run;
+use image::{DynamicImage, GrayImage, ImageFormat};
+use tempfile::TempDir;
+
+/// A directory with a small map (4×3 views of 100 pixels), an atlas of it, and things that are neither.
+struct Fixture {
+    directory: TempDir,
+}
+
+impl Fixture {
+    fn new() -> Self {
+        let fixture = Self {
+            directory: tempfile::tempdir().expect("temporary directory"),
+        };
+        small_map().save(fixture.path("map.png")).expect("writable");
+        GrayImage::new(1, 1)
+            .save(fixture.path("tiny.png"))
+            .expect("writable");
+        fs::write(fixture.path("text.png"), "this is no picture\n").expect("writable");
+        let out = run(&[
+            "train",
+            "--map",
+            &fixture.name("map.png"),
+            "--out",
+            &fixture.name("good.atlas"),
+            "--view-size",
+            "100",
+            "--scale",
+            "5",
+            "--dims",
+            "5",
+        ]);
+        assert!(
+            out.status.success(),
+            "{}",
+            String::from_utf8_lossy(&out.stderr)
+        );
+        let atlas = fs::read(fixture.path("good.atlas")).expect("written");
+        fs::write(fixture.path("cut.atlas"), &atlas[..atlas.len() - 7]).expect("writable");
+        fs::write(fixture.path("long.atlas"), [&atlas[..], b"more"].concat()).expect("writable");
+        fixture
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    fn name(&self, name: &str) -> String {
+        self.path(name).to_str().expect("utf-8").to_owned()
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        let entries = fs::read_dir(self.directory.path()).expect("readable");
+        let mut files: Vec<PathBuf> = entries
+            .map(|entry| entry.expect("readable").path())
+            .collect();
+        files.sort();
+        files
+    }
+
+    /// Runs a command that must fail with exit code 2 and one line that contains `expected`, and leave no file.
+    fn refuses(&self, arguments: &[&str], expected: &str) {
+        let arguments: Vec<String> = arguments
+            .iter()
+            .map(|argument| {
+                argument
+                    .strip_prefix('@')
+                    .map_or_else(|| (*argument).to_owned(), |name| self.name(name))
+            })
+            .collect();
+        let before = self.files();
+        let output = run(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        let stderr = String::from_utf8(output.stderr).expect("utf-8");
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{arguments:?}: {stderr}");
+        assert!(
+            stderr.contains(expected),
+            "{arguments:?}: expected …{expected}…, found {stderr}"
+        );
+        assert!(output.stdout.is_empty(), "{arguments:?} printed a result");
+        assert_eq!(self.files(), before, "{arguments:?} left a file");
+    }
+}
+
+fn small_map() -> GrayImage {
+    image::imageops::crop_imm(Map::city().luminance(), 100, 100, 400, 300).to_image()
+}
+
+#[test]
+fn bad_input_is_refused_in_one_clear_line() {
+    let fixture = Fixture::new();
+    let train = |more: &[&'static str], expected: &str| {
+        let base = [
+            "train",
+            "--map",
+            "@map.png",
+            "--out",
+            "@new.atlas",
+            "--view-size",
+            "100",
+            "--scale",
+            "5",
+        ];
+        let defaults: &[&str] = if more.contains(&"--dims") {
+            &[]
+        } else {
+            &["--dims", "5"]
+        };
+        fixture.refuses(&[&base[..], defaults, more].concat(), expected);
+    };
+    train(&["--dims", "0"], "invalid value '0' for '--dims <K>'");
+    train(
+        &["--dims", "18"],
+        "the 18 views span only 17; choose --dims up to 17",
+    );
+    train(&["--dims", "129"], "129 is not in 1..=128");
+    train(
+        &["--landmarks", "19"],
+        "19 landmarks are asked for, but the map has 18 views",
+    );
+    train(
+        &["--landmarks", "0"],
+        "invalid value '0' for '--landmarks <L>'",
+    );
+    train(
+        &["--select", "all", "--landmarks", "3"],
+        "--landmarks has no meaning with --select all",
+    );
+    train(
+        &["--select", "most"],
+        "invalid value 'most' for '--select <SELECT>'",
+    );
+    train(&["--export", "@map.png"], "map.png: cannot write");
+
+    let with_map = |map: &str, more: &[&'static str], expected: &str| {
+        fixture.refuses(
+            &[&["train", "--map", map, "--out", "@new.atlas"], more].concat(),
+            expected,
+        );
+    };
+    with_map("@absent.png", &[], "absent.png: cannot read the picture");
+    with_map(
+        "@text.png",
+        &[],
+        "text.png: expected a PNG, JPEG or TIFF picture, found an unknown format",
+    );
+    with_map(
+        "@tiny.png",
+        &[],
+        "a view of 200×200 pixels does not fit into the map of 1×1",
+    );
+    with_map(
+        "@map.png",
+        &["--view-size", "301"],
+        "a view of 301×301 pixels does not fit into the map of 400×300",
+    );
+    with_map(
+        "@map.png",
+        &["--view-size", "100", "--scale", "1"],
+        "a board holds 2 to 50 per side",
+    );
+    with_map(
+        "@map.png",
+        &["--view-size", "20"],
+        "each side must be 32 to 4096",
+    );
+    with_map(
+        "@map.png",
+        &["--scale", "0.5"],
+        "expected a number from 1 to 1000",
+    );
+    with_map(
+        "builtin:village",
+        &[],
+        "builtin:village: no such built-in map",
+    );
+    fixture.refuses(&["train", "--out", "@new.atlas"], "--map <FILE>");
+    fixture.refuses(
+        &[
+            "train",
+            "--map",
+            "builtin:city",
+            "--out",
+            "@no/such/dir.atlas",
+        ],
+        "cannot write",
+    );
+    fixture.refuses(&["fly"], "unrecognized subcommand 'fly'");
+
+    fixture.refuses(
+        &["inspect", "@cut.atlas"],
+        "cut.atlas: the atlas is cut short",
+    );
+    fixture.refuses(
+        &["inspect", "@long.atlas"],
+        "long.atlas: expected an atlas of",
+    );
+    fixture.refuses(&["inspect", "@map.png"], "map.png: not an atlas");
+    fixture.refuses(
+        &["inspect", "@absent.atlas"],
+        "absent.atlas: cannot read the atlas",
+    );
+    fixture.refuses(
+        &["localize", "--atlas", "@cut.atlas", "@map.png"],
+        "cut.atlas: the atlas is cut short",
+    );
+    fixture.refuses(
+        &["localize", "--json", "--atlas", "@good.atlas", "@tiny.png"],
+        "a frame of 1×1 pixels",
+    );
+    fixture.refuses(
+        &["localize", "--json", "--atlas", "@good.atlas", "@text.png"],
+        "text.png: expected a PNG",
+    );
+    fixture.refuses(&["localize", "--atlas", "@good.atlas"], "<FRAME>");
+}
+
+#[test]
+fn damaged_pictures_are_refused() {
+    let fixture = Fixture::new();
+    let png = fs::read(fixture.path("map.png")).expect("written");
+    fs::write(fixture.path("half.png"), &png[..png.len() / 2]).expect("writable");
+    let train = [
+        "train",
+        "--map",
+        "@half.png",
+        "--out",
+        "@new.atlas",
+        "--view-size",
+        "100",
+        "--scale",
+        "5",
+    ];
+    fixture.refuses(&train, "half.png: the picture does not decode");
+}
+
+#[test]
+fn every_kind_of_picture_gives_the_same_atlas() {
+    let fixture = Fixture::new();
+    let gray = DynamicImage::ImageLuma8(small_map());
+    let kinds: [(&str, DynamicImage, ImageFormat); 6] = [
+        ("rgb8.png", gray.to_rgb8().into(), ImageFormat::Png),
+        ("rgba8.png", gray.to_rgba8().into(), ImageFormat::Png),
+        ("gray16.png", gray.to_luma16().into(), ImageFormat::Png),
+        ("rgb16.png", gray.to_rgb16().into(), ImageFormat::Png),
+        ("gray8.tif", gray.clone(), ImageFormat::Tiff),
+        ("rgb16.tif", gray.to_rgb16().into(), ImageFormat::Tiff),
+    ];
+    let mut names: Vec<&str> = Vec::new();
+    for (name, picture, format) in &kinds {
+        picture
+            .save_with_format(fixture.path(name), *format)
+            .expect("writable");
+        names.push(name);
+    }
+    write_palette_png(&fixture.path("palette.png"), &small_map());
+    names.push("palette.png");
+
+    let good = fs::read(fixture.path("good.atlas")).expect("written");
+    for name in names {
+        let out = fixture.name("other.atlas");
+        let map = fixture.name(name);
+        let size = ["--view-size", "100", "--scale", "5", "--dims", "5"];
+        let output = run(&[&["train", "--map", &map, "--out", &out], &size[..]].concat());
+        assert!(
+            output.status.success(),
+            "{name}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        assert!(
+            fs::read(&out).expect("written") == good,
+            "{name} gives another atlas"
+        );
+    }
+}
+
+/// A PNG of 8-bit palette indices, which the palette maps to themselves.
+fn write_palette_png(path: &Path, picture: &GrayImage) {
+    let file = fs::File::create(path).expect("writable");
+    let mut encoder = png::Encoder::new(file, picture.width(), picture.height());
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_palette((0..=255).flat_map(|level| [level; 3]).collect::<Vec<u8>>());
+    let mut writer = encoder.write_header().expect("writable");
+    writer.write_image_data(picture.as_raw()).expect("writable");
+}
+
+#[test]
+fn json_has_the_fields_of_the_contract() {
+    let fixture = Fixture::new();
+    let atlas = fixture.name("good.atlas");
+    let inspected = run(&["inspect", "--json", &atlas]);
+    let summary: serde_json::Value = serde_json::from_slice(&inspected.stdout).expect("one object");
+    assert_eq!(
+        (&summary["dims"], &summary["landmarks"]),
+        (&5.into(), &8.into())
+    );
+    assert_eq!(
+        summary["flash_bytes"],
+        fs::metadata(&atlas).expect("there").len()
+    );
+    for field in [
+        "scale",
+        "blur",
+        "normalize",
+        "metric",
+        "coefficients",
+        "view_size",
+    ] {
+        assert!(!summary["settings"][field].is_null(), "{field}");
+    }
+    let located = run(&[
+        "localize",
+        "--json",
+        "--atlas",
+        &atlas,
+        &fixture.name("map.png"),
+        &fixture.name("map.png"),
+    ]);
+    let lines = String::from_utf8(located.stdout).expect("utf-8");
+    assert_eq!(lines.lines().count(), 2);
+    let fix: serde_json::Value =
+        serde_json::from_str(lines.lines().next().expect("a line")).expect("an object");
+    for field in [
+        "frame",
+        "landmark",
+        "view",
+        "place",
+        "position",
+        "distance",
+        "second",
+        "margin",
+        "guaranteed",
+        "known",
+    ] {
+        assert!(!fix[field].is_null(), "{field}: {fix}");
+    }
+}
+
+#[test]
+fn help_is_on_stdout_and_no_error() {
+    for arguments in [&["--help"][..], &["train", "--help"], &["--version"]] {
+        let output = run(arguments);
+        assert_eq!(output.status.code(), Some(0));
+        assert!(!output.stdout.is_empty() && output.stderr.is_empty());
+    }
+}

@@ -1,0 +1,349 @@
+//! The firmware on the emulated board: the same bits as on the host, over the real link, from the real flash region.
+
+use std::{collections::BTreeMap, fs};
+
+use eigenmark::{
+    atlas::AtlasBuffer,
+    learn::{Selection, Settings, train},
+    map::Map,
+    output::Progress,
+    simulate::seeded,
+};
+use eigenmark_core::{
+    frame::{Frame, FrameError},
+    link::{Damage, Identity, MAX_REQUEST_LEN, Rejection, Reply, Request},
+    localizer::{Fix, Localizer, digest},
+};
+use eigenmark_tests::{
+    board::{self, Board, Log},
+    maps::{self, TestMap},
+};
+use rand::{Rng, RngExt};
+
+/// Frames that are compared in total.
+const FRAMES: usize = 200;
+
+/// Sides of the frames that are compared: whole and fractional ratios, and the largest the link takes.
+const SIDES: [(u16, u16); 5] = [(160, 120), (200, 200), (97, 61), (320, 240), (32, 45)];
+
+/// Instruction counts may rise by this share before the record must be renewed.
+const MAX_RISE: f64 = 0.03;
+
+/// Most that the navigator may take of flash, without an atlas.
+const MAX_FIRMWARE_BYTES: u64 = 96 * 1024;
+
+fn trained(map: &TestMap, selection: Selection) -> (Map, AtlasBuffer) {
+    let opened = map.open();
+    let settings = Settings {
+        view_size_px: map.view_size_px,
+        selection,
+        ..Settings::default()
+    };
+    let trained = train(&opened, &settings, false, &Progress::Hidden).expect("trains");
+    (opened, trained.atlas)
+}
+
+/// False, and said, when the emulator is missing and may be.
+fn has_emulator() -> bool {
+    let is_there = board::has_emulator();
+    if !is_there {
+        let absent = format!(
+            "{} is missing; tests/run says how to install it",
+            board::QEMU
+        );
+        assert!(
+            std::env::var_os("EIGENMARK_REQUIRE_EMULATOR").is_none(),
+            "{absent}"
+        );
+        println!("skipped: {absent}");
+    }
+    is_there
+}
+
+fn run(board: &Board) -> (i32, Vec<Log>) {
+    let mut logs = Vec::new();
+    let code = board.run(|log| logs.push(log)).expect("runs");
+    (code, logs)
+}
+
+/// A random window of the map in a frame of these sides, at a random contrast.
+fn random_frame(map: &Map, (width, height): (u16, u16), random: &mut impl Rng) -> Vec<u8> {
+    let (x, y) = (
+        random.random_range(0..=map.width() - u32::from(width)),
+        random.random_range(0..=map.height() - u32::from(height)),
+    );
+    let contrast = random.random_range(64..=256_u32);
+    let window =
+        image::imageops::crop_imm(map.luminance(), x, y, width.into(), height.into()).to_image();
+    window
+        .as_raw()
+        .iter()
+        .map(|&level| (u32::from(level) * contrast / 256) as u8)
+        .collect()
+}
+
+#[test]
+fn frames_of_the_maps_give_the_same_bits_on_host_and_target() {
+    if !has_emulator() {
+        return;
+    }
+    let firmware = board::firmware("navigator").expect("builds");
+    let maps = maps::all();
+    let per_map = FRAMES.div_ceil(maps.len());
+    for map in &maps {
+        let (opened, atlas) = trained(map, Selection::Profile { landmarks: 8 });
+        let mut running = Board::flashed(&firmware)
+            .with_atlas(&atlas)
+            .start(|_| ())
+            .expect("starts");
+        let identity = running.ask(&Request::Identify).expect("answers");
+        assert_eq!(identity, Reply::Identity(Identity::of(&atlas.atlas())));
+
+        let mut localizer = Localizer::new(atlas.atlas());
+        let mut random = seeded(7, 0);
+        for sequence in 0..per_map {
+            let (width, height) = SIDES[sequence % SIDES.len()];
+            let pixels = random_frame(&opened, (width, height), &mut random);
+            let frame = Frame::new(&pixels, width, height, width.into()).expect("valid");
+            let on_host: Option<Fix> = localizer.locate(&frame);
+            let sequence = sequence as u32;
+            let reply = running
+                .ask(&Request::Locate {
+                    sequence,
+                    width,
+                    height,
+                    pixels: &pixels,
+                })
+                .expect("answers");
+            let Reply::Fix {
+                sequence: answered,
+                fix: on_target,
+            } = reply
+            else {
+                panic!("{reply:?}")
+            };
+            assert_eq!(answered, sequence);
+            assert_eq!(
+                bits(on_host),
+                bits(on_target),
+                "{} frame {sequence}: {on_host:?} {on_target:?}",
+                map.name
+            );
+        }
+        println!("{}: {per_map} frames, the same bits", map.name);
+    }
+}
+
+/// Every bit of a fix.
+fn bits(fix: Option<Fix>) -> Option<[u32; 12]> {
+    fix.map(|fix| {
+        let numbers = [
+            fix.place.x_px,
+            fix.place.y_px,
+            fix.position.x_px,
+            fix.position.y_px,
+            fix.distance,
+            fix.second,
+            fix.margin,
+            fix.from_feature_space,
+        ];
+        let mut bits = [
+            fix.landmark,
+            fix.view,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            fix.guaranteed.into(),
+            fix.known.into(),
+        ];
+        bits[2..10].copy_from_slice(&numbers.map(f32::to_bits));
+        bits
+    })
+}
+
+#[test]
+fn the_link_survives_what_is_damaged() {
+    if !has_emulator() {
+        return;
+    }
+    let firmware = board::firmware("navigator").expect("builds");
+    let (opened, atlas) = trained(&TestMap::city(), Selection::Profile { landmarks: 8 });
+    let mut running = Board::flashed(&firmware)
+        .with_atlas(&atlas)
+        .start(|_| ())
+        .expect("starts");
+    let rejected = |reason| Reply::Rejected {
+        sequence: None,
+        reason: Rejection::Damaged(reason),
+    };
+
+    running.send(&[5, 1, 2, 3, 4, 0]).expect("sends");
+    assert_eq!(running.reply().expect("answers"), rejected(Damage::Crc));
+    running.send(&[9, 1, 0]).expect("sends");
+    assert_eq!(
+        running.reply().expect("answers"),
+        rejected(Damage::Encoding)
+    );
+    let mut overlong = vec![1; MAX_REQUEST_LEN + 1];
+    overlong.push(0);
+    running.send(&overlong).expect("sends");
+    assert_eq!(running.reply().expect("answers"), rejected(Damage::TooLong));
+
+    let tiny = Request::Locate {
+        sequence: 3,
+        width: 1,
+        height: 1,
+        pixels: &[0],
+    };
+    let reason = Rejection::Frame(FrameError::Size {
+        width: 1,
+        height: 1,
+    });
+    assert_eq!(
+        running.ask(&tiny).expect("answers"),
+        Reply::Rejected {
+            sequence: Some(3),
+            reason
+        }
+    );
+
+    let pixels = random_frame(&opened, (160, 120), &mut seeded(1, 1));
+    let request = Request::Locate {
+        sequence: 4,
+        width: 160,
+        height: 120,
+        pixels: &pixels,
+    };
+    assert!(matches!(
+        running.ask(&request).expect("answers"),
+        Reply::Fix {
+            sequence: 4,
+            fix: Some(_)
+        }
+    ));
+}
+
+#[test]
+fn the_selftest_passes_and_its_digest_is_the_hosts() {
+    if !has_emulator() {
+        return;
+    }
+    let firmware = board::firmware("selftest").expect("builds");
+    for map in maps::all() {
+        let (_, atlas) = trained(&map, Selection::All);
+        let (code, logs) = run(&Board::flashed(&firmware).with_atlas(&atlas));
+        assert_eq!(code, 0, "{logs:?}");
+        let printed = logs
+            .iter()
+            .find(|log| log.level.is_none())
+            .expect("a result");
+        let result: serde_json::Value = serde_json::from_str(&printed.text).expect("JSON");
+        assert_eq!(
+            result["digest"],
+            format!("{:08x}", digest(&atlas.atlas())),
+            "{}",
+            map.name
+        );
+        println!("{}: {}", map.name, printed.text);
+    }
+}
+
+#[test]
+fn a_damaged_slot_is_skipped_and_two_are_an_error() {
+    if !has_emulator() {
+        return;
+    }
+    let firmware = board::firmware("navigator").expect("builds");
+    let (code, logs) = run(&Board::flashed(&firmware));
+    assert_eq!(code, 1);
+    assert!(
+        logs.iter()
+            .any(|log| log.text == "no slot holds a valid atlas"),
+        "{logs:?}"
+    );
+    assert!(
+        logs.iter().any(|log| log.text.contains("Magic")),
+        "the reason is logged: {logs:?}"
+    );
+
+    let (_, atlas) = trained(&TestMap::city(), Selection::Profile { landmarks: 8 });
+    let mut running = Board::flashed(&firmware)
+        .with_atlas_in_second_slot(&atlas)
+        .start(|_| ())
+        .expect("starts");
+    let identity = running.ask(&Request::Identify).expect("answers");
+    assert_eq!(identity, Reply::Identity(Identity::of(&atlas.atlas())));
+}
+
+#[test]
+fn instruction_counts_do_not_rise_above_their_record() {
+    if !has_emulator() {
+        return;
+    }
+    let firmware = board::firmware("cycles").expect("builds");
+    let (_, all) = trained(&TestMap::city(), Selection::All);
+    let dense = Settings {
+        stride_px: Some(32),
+        selection: Selection::All,
+        ..Settings::default()
+    };
+    let dense = train(&Map::city(), &dense, false, &Progress::Hidden)
+        .expect("trains")
+        .atlas;
+    let (code, logs) = run(&Board::flashed(&firmware)
+        .with_atlas(&all)
+        .with_atlas(&dense));
+    assert_eq!(code, 0, "{logs:?}");
+    let lines: Vec<&str> = logs
+        .iter()
+        .filter(|log| log.level.is_none())
+        .map(|log| log.text.as_str())
+        .collect();
+    let path = maps::workspace().join("firmware/cycles.jsonl");
+    if std::env::var_os("EIGENMARK_BLESS").is_some() {
+        fs::write(&path, lines.join("\n") + "\n").expect("writable");
+        return;
+    }
+    let record = counts(fs::read_to_string(&path).expect("the record").lines());
+    let measured = counts(lines.iter().copied());
+    assert_eq!(
+        measured.keys().collect::<Vec<_>>(),
+        record.keys().collect::<Vec<_>>()
+    );
+    for (name, instructions) in measured {
+        println!(
+            "{name}: {instructions} instructions, on record {}",
+            record[&name]
+        );
+        assert!(
+            instructions as f64 <= record[&name] as f64 * (1.0 + MAX_RISE),
+            "{name}: {instructions} instructions, on record {}; EIGENMARK_BLESS=1 renews the record",
+            record[&name]
+        );
+    }
+}
+
+fn counts<'a>(lines: impl Iterator<Item = &'a str>) -> BTreeMap<String, u64> {
+    lines
+        .map(|line| {
+            let value: serde_json::Value = serde_json::from_str(line).expect("JSON");
+            (
+                value["name"].as_str().expect("a name").to_owned(),
+                value["instructions"].as_u64().expect("a count"),
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn the_firmware_fits_its_flash_budget() {
+    let firmware = fs::read(board::firmware("navigator").expect("builds")).expect("readable");
+    let bytes = board::flash_bytes(&firmware).expect("an ELF file");
+    println!("navigator: {bytes} bytes of flash");
+    assert!(bytes <= MAX_FIRMWARE_BYTES, "{bytes} bytes");
+}
