@@ -1,12 +1,14 @@
 //! Netduino Plus 2 (STM32F405): the link to the host on USART1, pins PA9 (out) and PA10 (in).
 //!
+//! Waiting for a byte is sleeping: the receiver's interrupt wakes the core, but no handler runs.
+//!
 //! The chip runs from its internal 16 MHz oscillator after reset and is left so; the emulated one counts 168 MHz.
 
 use core::convert::Infallible;
 
-use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::{NVIC, SYST};
 use embedded_io::{ErrorType, Read, Write};
-use stm32f4::stm32f405::{Peripherals, USART1};
+use stm32f4::stm32f405::{Interrupt, Peripherals, USART1};
 
 /// The clock that SysTick counts on the emulated board.
 pub const CORE_HZ: u32 = 168_000_000;
@@ -62,9 +64,25 @@ impl Board {
         )]
         // SAFETY: 139 is a valid divider.
         chip.USART1.brr().write(|w| unsafe { w.bits(DIVIDER) });
-        chip.USART1
-            .cr1()
-            .write(|w| w.ue().enabled().te().enabled().re().enabled());
+        chip.USART1.cr1().write(|w| {
+            w.ue()
+                .enabled()
+                .te()
+                .enabled()
+                .re()
+                .enabled()
+                .rxneie()
+                .enabled()
+        });
+        cortex_m::interrupt::disable();
+        #[expect(
+            unsafe_code,
+            reason = "unmasking an interrupt can break critical sections"
+        )]
+        // SAFETY: all interrupts are masked: this one only ends sleep, and no handler runs.
+        unsafe {
+            NVIC::unmask(Interrupt::USART1);
+        }
         Some(Self {
             link: Link { usart: chip.USART1 },
             systick: core.SYST,
@@ -82,7 +100,11 @@ impl Read for Link {
         let Some(first) = buffer.first_mut() else {
             return Ok(0);
         };
-        while self.usart.sr().read().rxne().bit_is_clear() {}
+        while self.usart.sr().read().rxne().bit_is_clear() {
+            // Interrupts are masked, but a pending one still ends the sleep.
+            cortex_m::asm::wfi();
+            NVIC::unpend(Interrupt::USART1);
+        }
         *first = self.usart.dr().read().bits() as u8;
         Ok(1)
     }

@@ -93,7 +93,8 @@ impl Camera {
     pub fn render(&self, map: &Map, scene: &Scene, random: &mut impl Rng, frame: &mut CameraFrame) {
         let side = f64::from(self.width.min(self.height));
         let pitch = self.footprint_px * scene.altitude_ratio / side; // map pixels per frame pixel
-        let samples = pitch.ceil().max(1.0) as u32;
+        // A bilinear sample reaches two map pixels, so samples up to two apart miss nothing.
+        let samples = (pitch / 2.0).ceil().max(1.0) as u32;
         let levels = gamma_table(scene.gamma);
         let sampler = Sampler::new(map);
         // Steps on the map per sample, to the right and down the frame.
@@ -125,7 +126,7 @@ impl Camera {
                 }
                 let level = (sum + (count << 15)) / (count << 16); // 0 to 255
                 let level = levels[level as usize] + scene.noise * gaussian(random);
-                *pixel = level.round().clamp(0.0, 255.0) as u8;
+                *pixel = (level + 0.5).clamp(0.0, 255.0) as u8; // truncates
             }
         }
     }
