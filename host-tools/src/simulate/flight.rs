@@ -41,19 +41,9 @@ pub fn fly(map: &Map, atlas: &Atlas<'_>, places: &[Point], flight: &Flight) -> V
     let mut frame = camera.frame();
     let mut localizer = Localizer::new(atlas.clone());
     let mut random = seeded(flight.seed, 0);
-    let mut waypoints = Vec::new();
-    for leg in places.windows(2) {
-        let (dx, dy) = (
-            f64::from(leg[1].x_px - leg[0].x_px),
-            f64::from(leg[1].y_px - leg[0].y_px),
-        );
-        let frames = (dx.hypot(dy) / flight.spacing_px).ceil().max(1.0);
-        for i in 0..frames as u32 {
-            let t = (f64::from(i) / frames) as f32;
-            let place = Point {
-                x_px: leg[0].x_px + t * (leg[1].x_px - leg[0].x_px),
-                y_px: leg[0].y_px + t * (leg[1].y_px - leg[0].y_px),
-            };
+    along(places, flight.spacing_px)
+        .into_iter()
+        .map(|place| {
             let scene = Scene {
                 heading_rad: flight.heading_rad * random.random_range(-1.0..=1.0),
                 altitude_ratio: 1.0 + flight.altitude * random.random_range(-1.0..=1.0),
@@ -61,11 +51,44 @@ pub fn fly(map: &Map, atlas: &Atlas<'_>, places: &[Point], flight: &Flight) -> V
                 ..Scene::nominal(place)
             };
             camera.render(map, &scene, &mut random, &mut frame);
-            waypoints.push(Waypoint {
+            Waypoint {
                 place,
                 fix: localizer.locate(&frame.as_frame()),
-            });
-        }
+            }
+        })
+        .collect()
+}
+
+/// Points at most `spacing_px` apart on straight legs through `places`, both ends included.
+fn along(places: &[Point], spacing_px: f64) -> Vec<Point> {
+    let mut points = Vec::new();
+    for leg in places.windows(2) {
+        let (dx, dy) = (leg[1].x_px - leg[0].x_px, leg[1].y_px - leg[0].y_px);
+        let steps = (f64::from(dx.hypot(dy)) / spacing_px).ceil().max(1.0) as u16;
+        points.extend((0..steps).map(|i| {
+            let t = f32::from(i) / f32::from(steps);
+            Point {
+                x_px: leg[0].x_px + t * dx,
+                y_px: leg[0].y_px + t * dy,
+            }
+        }));
     }
-    waypoints
+    points.extend(places.last());
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn legs_are_divided_evenly_and_end_at_their_places() {
+        let at = |x_px| Point { x_px, y_px: 5.0 };
+        let points = along(&[at(0.0), at(10.0), at(14.0)], 4.0);
+        assert_eq!(
+            points.iter().map(|p| p.x_px).collect::<Vec<_>>(),
+            [0.0, 10.0 / 3.0, 20.0 / 3.0, 10.0, 14.0]
+        );
+        assert_eq!(along(&[at(3.0)], 4.0), [at(3.0)]);
+    }
 }

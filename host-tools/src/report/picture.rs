@@ -1,0 +1,39 @@
+//! Pictures as data URIs.
+
+use std::io::Cursor;
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use image::{DynamicImage, GrayImage, ImageFormat, codecs::jpeg::JpegEncoder};
+
+/// Quality of JPEG pictures, of 100.
+const QUALITY: u8 = 82;
+
+/// A small picture, exactly.
+///
+/// # Panics
+/// Never: memory takes any picture.
+#[must_use]
+pub fn png_uri(picture: &GrayImage) -> String {
+    let mut bytes = Cursor::new(Vec::new());
+    picture
+        .write_to(&mut bytes, ImageFormat::Png)
+        .expect("memory takes any picture");
+    format!(
+        "data:image/png;base64,{}",
+        STANDARD.encode(bytes.into_inner())
+    )
+}
+
+/// A large picture, nearly.
+///
+/// # Panics
+/// Never: memory takes any picture.
+#[must_use]
+pub fn jpeg_uri(picture: &DynamicImage) -> String {
+    let mut bytes = Vec::new();
+    let encoder = JpegEncoder::new_with_quality(&mut bytes, QUALITY);
+    picture
+        .write_with_encoder(encoder)
+        .expect("memory takes any picture");
+    format!("data:image/jpeg;base64,{}", STANDARD.encode(bytes))
+}
