@@ -214,7 +214,7 @@ fn every_flipped_bit_is_reported_as_what_it_is() {
             }
             (8..12, AtlasError::Length { found, .. }) => assert!(found == stated && found < 16),
             (6..8 | 8..12 | 12.., AtlasError::Crc { stored, computed }) => {
-                assert_ne!(stored, computed)
+                assert_ne!(stored, computed);
             }
             (byte, error) => panic!("bit {bit} in byte {byte} gave {error:?}"),
         }

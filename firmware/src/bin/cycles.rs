@@ -42,7 +42,7 @@ fn main() -> ! {
 
     let mut view = View::black(side);
     meter.measure(format_args!("reduce_160x120_{side}"), 20, || {
-        reduce(black_box(&frame), black_box(&mut view))
+        reduce(black_box(&frame), black_box(&mut view));
     });
     meter.measure(format_args!("project_{side}x{side}_{k}"), 50, || {
         black_box(atlas.eigenspace().project(black_box(&view)));

@@ -331,7 +331,7 @@ mod tests {
     #[test]
     fn balanced_weights_add_up_to_zero_and_move_by_at_most_one() {
         let weights: Vec<f64> = (0..400)
-            .map(|i| ((i * 7919) % 1009) as f64 / 1009.0 - 0.4995)
+            .map(|i| f64::from((i * 7919) % 1009) / 1009.0 - 0.4995)
             .collect();
         let mean = weights.iter().sum::<f64>() / 400.0;
         let weights: Vec<f64> = weights.iter().map(|w| w - mean).collect();

@@ -53,14 +53,14 @@ impl Kernel {
     /// The square picture convolved with the kernel in both directions.
     fn apply(&self, picture: &[f64], side: usize) -> Vec<f64> {
         self.pass(picture, side, |target, source, weight, from, to| {
-            to[target] += weight * from[source]
+            to[target] += weight * from[source];
         })
     }
 
     /// The transpose of [`apply`](Self::apply).
     fn apply_transposed(&self, picture: &[f64], side: usize) -> Vec<f64> {
         self.pass(picture, side, |target, source, weight, from, to| {
-            to[source] += weight * from[target]
+            to[source] += weight * from[target];
         })
     }
 

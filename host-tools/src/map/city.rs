@@ -276,7 +276,7 @@ fn hall(u: f64, v: f64, width: f64, depth: f64, block: u32) -> Color {
         .min(v - 6.0)
         .min(width - 8.0 - u)
         .min(depth - 8.0 - v);
-    let has_court = block / 700 % 2 == 0;
+    let has_court = (block / 700).is_multiple_of(2);
     if inset < 0.0 {
         let is_shaded = u > 8.0 && v > 8.0 && (u > width - 8.0 || v > depth - 8.0);
         return PAVEMENT.times(if is_shaded { SHADOW } else { 0.95 });
@@ -291,7 +291,7 @@ fn hall(u: f64, v: f64, width: f64, depth: f64, block: u32) -> Color {
 fn car_park(u: f64, v: f64) -> Color {
     let (bay, lane) = ((u / 5.0).floor(), (v / 16.0).floor());
     let (across, along) = (u - bay * 5.0, v - lane * 16.0);
-    let has_car = hash(bay as u32, lane as u32, 12) % 3 != 0;
+    let has_car = !hash(bay as u32, lane as u32, 12).is_multiple_of(3);
     if has_car && (1.0..4.2).contains(&across) && (1.0..8.5).contains(&along) {
         let paint = f64::from(60 + hash(bay as u32, lane as u32, 13) % 180);
         return Color(paint, paint * 0.97, paint);
@@ -315,7 +315,7 @@ fn houses(district: &District, u: f64, v: f64, width: f64, depth: f64, block: u3
     let bottom = (lot_depth - 3.0 - f64::from(lot / 96 % 6)).max(top + 6.0);
     let is_house = (left..right).contains(&u) && (top..bottom).contains(&v);
     if is_house {
-        let is_lit = if lot / 576 % 2 == 0 {
+        let is_lit = if (lot / 576).is_multiple_of(2) {
             v < (top + bottom) / 2.0
         } else {
             u < (left + right) / 2.0
@@ -328,7 +328,7 @@ fn houses(district: &District, u: f64, v: f64, width: f64, depth: f64, block: u3
     if (left + 3.0..right + 3.0).contains(&u) && (top + 3.0..bottom + 3.0).contains(&v) {
         return GRASS.times(SHADOW);
     }
-    if lot / 1152 % 3 == 0 {
+    if (lot / 1152).is_multiple_of(3) {
         PAVEMENT.times(0.9)
     } else {
         GRASS.times(0.88 + 0.24 * unit(lot, block, 15))

@@ -64,7 +64,7 @@ fn show_fixes(board: &Board) -> Result<ExitCode> {
         };
         match running.ask(&request)? {
             Reply::Fix { fix: Some(fix), .. } => {
-                println!("frame around ({}, {}): {fix:?}", x + 100, y + 100)
+                println!("frame around ({}, {}): {fix:?}", x + 100, y + 100);
             }
             other => println!("frame around ({}, {}): {other:?}", x + 100, y + 100),
         }
