@@ -87,5 +87,7 @@ pub fn workspace() -> PathBuf {
 }
 
 fn data() -> PathBuf {
-    env::var_os("EIGENMARK_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from)
+    // A relative path is meant from the top of the workspace, wherever the test runs.
+    let data = env::var_os("EIGENMARK_DATA").unwrap_or_else(|| "../shared/data".into());
+    workspace().join(data)
 }

@@ -113,7 +113,6 @@ impl Cmd {
         });
         let report_path = self.out.join("report.html");
         write_file(&report_path, |file| file.write_all(page.as_bytes()))?;
-        Progress::Stderr.step("");
 
         let slight: Outcome = trials[0].1.iter().copied().sum();
         let moderate: Outcome = trials[1].1.iter().copied().sum();

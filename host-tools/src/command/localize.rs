@@ -7,10 +7,7 @@ use std::{
 
 use anyhow::Context;
 use clap::Args;
-use eigenmark::{
-    atlas::AtlasBuffer,
-    map::{Map, MapError},
-};
+use eigenmark::{atlas::AtlasBuffer, map::load};
 use eigenmark_core::{
     frame::Frame,
     localizer::{Fix, Localizer},
@@ -92,21 +89,12 @@ impl<'a> Line<'a> {
 }
 
 fn locate(localizer: &mut Localizer<'_>, name: &str) -> anyhow::Result<Option<Fix>> {
-    let picture = Map::open(name).map_err(|error| match error {
-        // Frames are files; a built-in map is none.
-        MapError::UnknownBuiltin { .. } => anyhow::anyhow!("{name}: expected a picture file"),
-        error => error.into(),
-    })?;
+    let picture = load(name.as_ref())?;
     // A side that does not fit 16 bits is longer than any frame's.
     let side = |length: u32| u16::try_from(length).unwrap_or(u16::MAX);
     let (width, height) = (side(picture.width()), side(picture.height()));
-    let frame = Frame::new(
-        picture.luminance().as_raw(),
-        width,
-        height,
-        picture.width() as usize,
-    )
-    .with_context(|| name.to_owned())?;
+    let frame = Frame::new(picture.as_raw(), width, height, picture.width() as usize)
+        .with_context(|| name.to_owned())?;
     Ok(localizer.locate(&frame))
 }
 

@@ -94,7 +94,6 @@ impl Cmd {
         let with_profile = self.export.is_some();
         let trained = train(&map, &settings, with_profile, &Progress::Stderr)
             .with_context(|| self.map.clone())?;
-        Progress::Stderr.step("");
 
         if let Some(directory) = &self.export {
             export(&trained, &settings, directory)?;

@@ -119,7 +119,7 @@ pub fn fixes_around(
 ) -> Vec<Vec<Option<Fix>>> {
     let camera = Camera::square_for(atlas);
     let bar = progress.bar("deviating", landmarks.len() as u64);
-    let fixes = landmarks
+    landmarks
         .par_iter()
         .map(|&landmark| {
             let mut localizer = Localizer::new(atlas.clone());
@@ -136,9 +136,7 @@ pub fn fixes_around(
             bar.inc(1);
             fixes
         })
-        .collect();
-    bar.finish();
-    fixes
+        .collect()
 }
 
 /// Locates `views` views of another map, at random places and headings.

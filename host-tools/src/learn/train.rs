@@ -113,14 +113,16 @@ pub fn train(
         settings.highpass_px,
     );
 
-    progress.step("cutting views");
+    let step = progress.step("cutting views");
     let views = Views::cut(map, &grid, side, &preprocess)?;
-    progress.step("learning the eigenspace");
+    drop(step);
+    let step = progress.step("learning the eigenspace");
     let dimensions = usize::from(settings.dimensions);
     let model = Model::learn(&views.filtered, views.pixels, dimensions)?;
     let coordinates = model.whitened(settings.whiten);
 
-    progress.step("selecting landmarks");
+    drop(step);
+    let step = progress.step("selecting landmarks");
     let is_needed = with_profile || settings.selection != Selection::All;
     let profile = is_needed.then(|| {
         let profile = profile(settings.metric, &coordinates, dimensions);
@@ -134,7 +136,8 @@ pub fn train(
         _ => (1..=grid.count()).collect(),
     };
 
-    progress.step("quantizing");
+    drop(step);
+    let step = progress.step("quantizing");
     let folded = Folded::new(&model, &preprocess, &views, settings);
     let radii = radii(
         settings.metric,
@@ -152,6 +155,7 @@ pub fn train(
         map_crc: map.crc(),
     };
     let open = folded.atlas(map, &grid, &views, &landmarks, &radii, training)?;
+    drop(step);
     let atlas = calibrate(map, &open, progress)?;
     Ok(Trained {
         grid,

@@ -10,7 +10,7 @@ mod load;
 use image::GrayImage;
 
 pub use grid::{Grid, GridError};
-pub use load::{MAX_PIXELS, MapError, luminance};
+pub use load::{MAX_PIXELS, MapError, load, luminance};
 
 /// The name under which the command line knows the built-in city.
 pub const BUILTIN_CITY: &str = "builtin:city";
@@ -38,7 +38,7 @@ impl Map {
         }
         Ok(Self {
             name: name.to_owned(),
-            luminance: load::load(name.as_ref())?,
+            luminance: load(name.as_ref())?,
         })
     }
 

@@ -1,44 +1,48 @@
-//! Progress on stderr: a bar when that is a terminal, silence otherwise.
+//! Progress on stderr: shown when that is a terminal, silence otherwise.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Where progress is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// Bars on stderr when it is a terminal.
+    /// On stderr, when it is a terminal.
     Stderr,
     /// Nowhere.
     Hidden,
 }
 
-/// The progress of one long step.
-#[derive(Clone, Debug)]
+/// The progress of one step; it disappears when this is dropped.
+#[derive(Debug)]
 pub struct Bar(ProgressBar);
 
 impl Progress {
-    /// Shows that a step without countable parts has begun; the next step or bar replaces it.
-    pub fn step(&self, what: &'static str) {
-        if *self == Self::Stderr && std::io::IsTerminal::is_terminal(&std::io::stderr()) {
-            eprint!("\r\x1b[K{what} …");
-        }
+    /// Shows a step without countable parts.
+    #[must_use = "the step is shown until this is dropped"]
+    pub fn step(&self, what: &'static str) -> Bar {
+        self.shown(ProgressBar::new_spinner(), "{msg} …", what)
     }
 
     /// A bar of `length` parts.
-    ///
-    /// # Panics
-    /// Never: the template is a constant that tests draw.
-    #[must_use]
+    #[must_use = "the bar is shown until this is dropped"]
     pub fn bar(&self, what: &'static str, length: u64) -> Bar {
-        let target = match self {
+        self.shown(
+            ProgressBar::new(length),
+            "{msg:<12} {wide_bar} {pos}/{len} {eta}",
+            what,
+        )
+    }
+
+    fn shown(self, bar: ProgressBar, template: &str, what: &'static str) -> Bar {
+        bar.set_draw_target(match self {
             Self::Stderr => ProgressDrawTarget::stderr(),
             Self::Hidden => ProgressDrawTarget::hidden(),
-        };
-        let style = ProgressStyle::with_template("{msg:<12} {wide_bar} {pos}/{len} {eta}")
-            .expect("valid template");
-        self.step("");
-        Bar(ProgressBar::with_draw_target(Some(length), target)
-            .with_style(style)
-            .with_message(what))
+        });
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar.set_message(what);
+        bar.tick();
+        Bar(bar)
     }
 }
 
@@ -47,9 +51,10 @@ impl Bar {
     pub fn inc(&self, parts: u64) {
         self.0.inc(parts);
     }
+}
 
-    /// Removes the bar.
-    pub fn finish(&self) {
+impl Drop for Bar {
+    fn drop(&mut self) {
         self.0.finish_and_clear();
     }
 }

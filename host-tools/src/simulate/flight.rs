@@ -84,11 +84,9 @@ mod tests {
     #[test]
     fn legs_are_divided_evenly_and_end_at_their_places() {
         let at = |x_px| Point { x_px, y_px: 5.0 };
-        let points = along(&[at(0.0), at(10.0), at(14.0)], 4.0);
-        assert_eq!(
-            points.iter().map(|p| p.x_px).collect::<Vec<_>>(),
-            [0.0, 10.0 / 3.0, 20.0 / 3.0, 10.0, 14.0]
-        );
+        let points = along(&[at(0.0), at(8.0), at(14.0)], 4.0);
+        let across: Vec<f32> = points.iter().map(|point| point.x_px).collect();
+        assert_eq!(across, [0.0, 4.0, 8.0, 11.0, 14.0]);
         assert_eq!(along(&[at(3.0)], 4.0), [at(3.0)]);
     }
 }
