@@ -5,9 +5,10 @@
 //! | folder | does | twin in the core |
 //! | --- | --- | --- |
 //! | [`map`] | loads aerial maps, draws the built-in one, lays out candidates | `frame`, `landmark::lattice` |
-//! | [`learn`] | preprocessing, PCA, and the pipeline from map to atlas | `preprocess`, `eigenspace` |
+//! | [`learn`] | candidates as views, preprocessing, PCA | `preprocess`, `eigenspace` |
 //! | [`select`] | which candidates become landmarks | `landmark` |
 //! | [`atlas`] | folds, quantizes, calibrates, reads and writes atlases | `atlas` |
+//! | [`train`] | the whole way, from map to atlas | — |
 //! | [`simulate`] | a camera over the map | — |
 //! | [`evaluate`] | how often the core is right when the view deviates | `localizer` |
 //! | [`report`] | self-contained HTML pages | — |
@@ -23,3 +24,4 @@ pub mod output;
 pub mod report;
 pub mod select;
 pub mod simulate;
+pub mod train;

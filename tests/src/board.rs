@@ -4,7 +4,7 @@
 //! are decoded with the firmware's own table.
 
 use std::{
-    io::{BufReader, Read, Write},
+    io::{BufReader, ErrorKind, Read, Write},
     net::{TcpListener, TcpStream},
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
@@ -17,15 +17,16 @@ use anyhow::{Context, Result, bail, ensure};
 use defmt_decoder::{DecodeError, Table};
 use eigenmark::atlas::AtlasBuffer;
 use eigenmark_core::link::{MAX_REPLY_LEN, MAX_REQUEST_LEN, Receiver, Reply, Request, encode};
-use object::{Object, ObjectSegment};
+use object::{Object, ObjectSegment, ObjectSymbol};
 
 use crate::cli;
 
 /// The emulator.
 pub const QEMU: &str = "qemu-system-arm";
 
-/// Start of the atlas region and of its second slot, as in `memory.x`.
-const SLOTS: [u32; 2] = [0x0802_0000, 0x0808_0000];
+/// Symbols of the slots' starts, and of the region's end: what `memory.x` exports.
+const SLOTS: [&str; 2] = ["__atlas_start", "__atlas_slot_b"];
+const REGION_END: &str = "__atlas_end";
 
 /// How long the board may take to answer, or a program to end; many times what either needs.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -43,11 +44,15 @@ pub struct Board {
 /// A board that runs, and its link.
 #[derive(Debug)]
 pub struct Running {
-    emulator: Child,
+    _emulator: Emulator,
     stream: TcpStream,
     receiver: Receiver<MAX_REPLY_LEN>,
     _files: tempfile::TempDir,
 }
+
+/// The emulator's process; it ends with this.
+#[derive(Debug)]
+struct Emulator(Child);
 
 /// One decoded log message.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -106,11 +111,13 @@ impl Board {
     }
 
     /// The same with an atlas in its next empty slot.
+    ///
+    /// # Panics
+    /// When both slots are taken.
     #[must_use]
     pub fn with_atlas(mut self, atlas: &AtlasBuffer) -> Self {
-        if let Some(slot) = self.slots.iter_mut().find(|slot| slot.is_none()) {
-            *slot = Some(atlas.clone());
-        }
+        let empty = self.slots.iter_mut().find(|slot| slot.is_none());
+        *empty.expect("a board has two slots") = Some(atlas.clone());
         self
     }
 
@@ -127,27 +134,26 @@ impl Board {
     /// When the emulator does not start, the logs do not decode, or the program does not end in time.
     pub fn run(&self, mut log: impl FnMut(Log)) -> Result<i32> {
         let files = tempfile::tempdir()?;
-        let mut emulator = self.command(files.path())?;
+        let mut command = self.command(files.path())?;
         // An instruction takes a nanosecond, so that timers, too, are deterministic.
-        emulator.args(["-icount", "shift=0"]);
-        let mut emulator = emulator.stdout(Stdio::piped()).spawn().context(QEMU)?;
+        command.args(["-icount", "shift=0"]);
+        let mut emulator = Emulator::start(&mut command)?;
         let (sender, received) = mpsc::channel();
-        let decoder = self.decode_logs(&mut emulator, move |log| drop(sender.send(log)))?;
+        let decoder = self.decode_logs(&mut emulator.0, move |log| drop(sender.send(log)))?;
         let deadline = Instant::now() + PATIENCE;
         loop {
             match received.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
                 Ok(message) => log(message),
                 Err(mpsc::RecvTimeoutError::Disconnected) => break,
                 Err(mpsc::RecvTimeoutError::Timeout) => {
-                    emulator.kill()?;
                     bail!("the program did not end within {PATIENCE:?}");
                 }
             }
         }
-        let status = emulator.wait()?;
         decoder
             .join()
             .map_err(|_| anyhow::anyhow!("the log decoder panicked"))??;
+        let status = emulator.0.wait()?;
         Ok(status.code().unwrap_or(-1))
     }
 
@@ -161,12 +167,12 @@ impl Board {
         let address = listener.local_addr()?;
         let mut command = self.command(files.path())?;
         command.arg("-serial").arg(format!("tcp:{address}"));
-        let mut emulator = command.stdout(Stdio::piped()).spawn().context(QEMU)?;
-        let (stream, _) = listener.accept()?;
+        let mut emulator = Emulator::start(&mut command)?;
+        let stream = emulator.accept(&listener)?;
         stream.set_nodelay(true)?;
-        self.decode_logs(&mut emulator, log)?;
+        self.decode_logs(&mut emulator.0, log)?;
         let mut running = Running {
-            emulator,
+            _emulator: emulator,
             stream,
             receiver: Receiver::new(),
             _files: files,
@@ -191,12 +197,30 @@ impl Board {
             .arg("-kernel")
             .arg(&self.firmware)
             .stdin(Stdio::null());
-        for (slot, address) in self.slots.iter().zip(SLOTS) {
+        let elf =
+            std::fs::read(&self.firmware).with_context(|| self.firmware.display().to_string())?;
+        let elf = object::File::parse(&*elf)?;
+        let address = |name: &str| {
+            let symbol = elf.symbol_by_name(name);
+            symbol
+                .map(|symbol| symbol.address())
+                .with_context(|| format!("the firmware has no symbol {name}"))
+        };
+        for (slot, name) in self.slots.iter().zip(SLOTS) {
             let Some(atlas) = slot else { continue };
-            let file = directory.join(format!("{address:08x}.atlas"));
+            let start = address(name)?;
+            // The first atlas may fill the whole region when there is no second one.
+            let is_split = name == SLOTS[0] && self.slots[1].is_some();
+            let room = address(if is_split { SLOTS[1] } else { REGION_END })? - start;
+            let len = atlas.bytes().len() as u64;
+            ensure!(
+                len <= room,
+                "an atlas of {len} bytes does not fit into the {room} bytes at {name}"
+            );
+            let file = directory.join(format!("{name}.atlas"));
             std::fs::write(&file, atlas.bytes())?;
             let device = format!(
-                "loader,file={},addr={address:#x},force-raw=on",
+                "loader,file={},addr={start:#x},force-raw=on",
                 file.display()
             );
             command.arg("-device").arg(device);
@@ -293,10 +317,41 @@ impl Running {
     }
 }
 
-impl Drop for Running {
+impl Emulator {
+    fn start(command: &mut Command) -> Result<Self> {
+        Ok(Self(command.stdout(Stdio::piped()).spawn().context(QEMU)?))
+    }
+
+    /// Waits for the emulator to connect.
+    fn accept(&mut self, listener: &TcpListener) -> Result<TcpStream> {
+        listener.set_nonblocking(true)?;
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            match listener.accept() {
+                Ok((stream, _)) => {
+                    stream.set_nonblocking(false)?;
+                    return Ok(stream);
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    thread::sleep(Duration::from_millis(5))
+                }
+                Err(error) => return Err(error.into()),
+            }
+            if let Some(status) = self.0.try_wait()? {
+                bail!("{QEMU} ended at once: {status}");
+            }
+            ensure!(
+                Instant::now() < deadline,
+                "{QEMU} did not connect within {PATIENCE:?}"
+            );
+        }
+    }
+}
+
+impl Drop for Emulator {
     fn drop(&mut self) {
         // It may have ended by itself.
-        let _ = self.emulator.kill();
-        let _ = self.emulator.wait();
+        let _ = self.0.kill();
+        let _ = self.0.wait();
     }
 }

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 
 use crate::maps::workspace;
 
-/// Path of the `eigenmark` binary, built on first use with the profile of this test.
+/// Path of the `eigenmark` binary, built on first use.
 ///
 /// # Panics
 /// When it does not build.

@@ -2,8 +2,9 @@
 
 use eigenmark::{
     atlas::AtlasBuffer,
-    learn::{Selection, Settings, train},
+    learn::{Selection, Settings},
     output::Progress,
+    train::train,
 };
 use eigenmark_core::atlas::{Atlas, AtlasError, PREAMBLE_LEN};
 use eigenmark_tests::maps::TestMap;

@@ -225,33 +225,43 @@ fn bad_input_is_refused_in_one_clear_line() {
 }
 
 #[test]
-fn damaged_pictures_are_refused() {
+fn pictures_that_are_cut_short_are_refused() {
     let fixture = Fixture::new();
-    let png = fs::read(fixture.path("map.png")).expect("written");
-    fs::write(fixture.path("half.png"), &png[..png.len() / 2]).expect("writable");
-    let train = [
-        "train",
-        "--map",
-        "@half.png",
-        "--out",
-        "@new.atlas",
-        "--view-size",
-        "100",
-        "--scale",
-        "5",
-    ];
-    fixture.refuses(&train, "half.png: the picture does not decode");
+    for (whole, half) in [
+        ("map.png", "half.png"),
+        ("map.jpg", "half.jpg"),
+        ("map.tif", "half.tif"),
+    ] {
+        small_map().save(fixture.path(whole)).expect("writable");
+        let picture = fs::read(fixture.path(whole)).expect("written");
+        fs::write(fixture.path(half), &picture[..picture.len() / 2]).expect("writable");
+        let half = format!("@{half}");
+        let train = [
+            "train",
+            "--map",
+            &half,
+            "--out",
+            "@new.atlas",
+            "--view-size",
+            "100",
+            "--scale",
+            "5",
+        ];
+        fixture.refuses(&train, "the picture does not decode");
+    }
 }
 
 #[test]
 fn every_kind_of_picture_gives_the_same_atlas() {
     let fixture = Fixture::new();
     let gray = DynamicImage::ImageLuma8(small_map());
-    let kinds: [(&str, DynamicImage, ImageFormat); 6] = [
+    let kinds: [(&str, DynamicImage, ImageFormat); 8] = [
         ("rgb8.png", gray.to_rgb8().into(), ImageFormat::Png),
         ("rgba8.png", gray.to_rgba8().into(), ImageFormat::Png),
         ("gray16.png", gray.to_luma16().into(), ImageFormat::Png),
         ("rgb16.png", gray.to_rgb16().into(), ImageFormat::Png),
+        ("alpha8.png", gray.to_luma_alpha8().into(), ImageFormat::Png),
+        ("gray16.tif", gray.to_luma16().into(), ImageFormat::Tiff),
         ("gray8.tif", gray.clone(), ImageFormat::Tiff),
         ("rgb16.tif", gray.to_rgb16().into(), ImageFormat::Tiff),
     ];

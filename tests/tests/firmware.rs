@@ -4,13 +4,18 @@ use std::{collections::BTreeMap, fs};
 
 use eigenmark::{
     atlas::AtlasBuffer,
-    learn::{Selection, Settings, train},
+    evaluate::Deviation,
+    learn::{Selection, Settings},
     map::Map,
     output::Progress,
-    simulate::seeded,
+    simulate::{Camera, CameraFrame, seeded},
+    train::train,
 };
 use eigenmark_core::{
-    frame::{Frame, FrameError},
+    atlas::Atlas,
+    eigenspace::Normalize,
+    frame::FrameError,
+    landmark::{Metric, Width},
     link::{Damage, Identity, MAX_REQUEST_LEN, Rejection, Reply, Request},
     localizer::{Fix, Localizer, digest},
 };
@@ -20,26 +25,21 @@ use eigenmark_tests::{
 };
 use rand::{Rng, RngExt};
 
-/// Frames that are compared in total.
-const FRAMES: usize = 200;
+/// Frames of the real maps that are compared in total, and frames of the city beside them.
+const REAL_FRAMES: usize = 200;
+const CITY_FRAMES: usize = 20;
 
-/// Sides of the frames that are compared: whole and fractional ratios, wide and tall.
-const SIDES: [(u16, u16); 8] = [
-    (160, 120),
-    (97, 61),
-    (64, 64),
-    (32, 45),
-    (80, 60),
-    (33, 50),
-    (64, 48),
-    (40, 32),
-];
+/// Sides of the random windows that are compared: whole and fractional ratios, wide and tall.
+const SIDES: [(u16, u16); 6] = [(97, 61), (64, 64), (32, 45), (80, 60), (33, 50), (64, 48)];
 
 /// The largest frame that the link takes, compared once per map: it takes long.
 const LARGEST: (u16, u16) = (320, 240);
 
+/// Every so many frames one is a slightly deviated view of a landmark, as a camera of 160×120 pixels sees it.
+const RENDERED_EVERY: usize = 5;
+
 /// Instruction counts may rise by this share before the record must be renewed.
-const MAX_RISE: f64 = 0.03;
+const MAX_RISE: f64 = 0.05;
 
 /// Most that the navigator may take of flash, without an atlas.
 const MAX_FIRMWARE_BYTES: u64 = 96 * 1024;
@@ -79,7 +79,7 @@ fn run(board: &Board) -> (i32, Vec<Log>) {
 }
 
 /// A random window of the map in a frame of these sides, at a random contrast.
-fn random_frame(map: &Map, (width, height): (u16, u16), random: &mut impl Rng) -> Vec<u8> {
+fn random_frame(map: &Map, (width, height): (u16, u16), random: &mut impl Rng) -> CameraFrame {
     let (x, y) = (
         random.random_range(0..=map.width() - u32::from(width)),
         random.random_range(0..=map.height() - u32::from(height)),
@@ -87,11 +87,48 @@ fn random_frame(map: &Map, (width, height): (u16, u16), random: &mut impl Rng) -
     let contrast = random.random_range(64..=256_u32);
     let window =
         image::imageops::crop_imm(map.luminance(), x, y, width.into(), height.into()).to_image();
-    window
+    let pixels = window
         .as_raw()
         .iter()
         .map(|&level| (u32::from(level) * contrast / 256) as u8)
-        .collect()
+        .collect();
+    CameraFrame {
+        pixels,
+        width,
+        height,
+    }
+}
+
+/// A setting per map, so that every path of the arithmetic runs on the target: normalizations, metrics, widths, views
+/// that need padding, dimensions that do not fill their last block.
+fn parity_settings(map: &TestMap) -> Settings {
+    let base = Settings {
+        view_size_px: map.view_size_px,
+        ..Settings::default()
+    };
+    match map.name {
+        "nust" => Settings {
+            normalize: Normalize::Std,
+            metric: Metric::Euclid,
+            width: Width::I8,
+            ..base
+        },
+        "kitsap" => Settings {
+            normalize: Normalize::Mean,
+            dimensions: 13,
+            scale: 5.0,
+            ..base
+        },
+        "city" => Settings {
+            normalize: Normalize::Std,
+            highpass_px: 3.0,
+            whiten: 0.5,
+            scale: 8.0,
+            dimensions: 7,
+            ..base
+        },
+        _ => base,
+    }
 }
 
 #[test]
@@ -101,9 +138,17 @@ fn frames_of_the_maps_give_the_same_bits_on_host_and_target() {
     }
     let firmware = board::firmware("navigator").expect("builds");
     let maps = maps::all();
-    let per_map = FRAMES.div_ceil(maps.len());
+    let real = maps.len() - 1;
     for map in &maps {
-        let (opened, atlas) = trained(map, Selection::Profile { landmarks: 8 });
+        let frames = if map.name == "city" {
+            CITY_FRAMES
+        } else {
+            REAL_FRAMES.div_ceil(real)
+        };
+        let opened = map.open();
+        let atlas = train(&opened, &parity_settings(map), false, &Progress::Hidden)
+            .expect("trains")
+            .atlas;
         let mut running = Board::flashed(&firmware)
             .with_atlas(&atlas)
             .start(|_| ())
@@ -113,22 +158,32 @@ fn frames_of_the_maps_give_the_same_bits_on_host_and_target() {
 
         let mut localizer = Localizer::new(atlas.atlas());
         let mut random = seeded(7, 0);
-        for sequence in 0..per_map {
-            let (width, height) = if sequence == 0 {
+        let (mut known, mut guaranteed) = (0, 0);
+        for index in 0..frames {
+            let sides = if index == 1 {
                 LARGEST
             } else {
-                SIDES[sequence % SIDES.len()]
+                SIDES[index % SIDES.len()]
             };
-            let pixels = random_frame(&opened, (width, height), &mut random);
-            let frame = Frame::new(&pixels, width, height, width.into()).expect("valid");
-            let on_host: Option<Fix> = localizer.locate(&frame);
-            let sequence = sequence as u32;
+            let frame = if index % RENDERED_EVERY == 0 {
+                rendered_frame(
+                    &opened,
+                    &atlas.atlas(),
+                    index / RENDERED_EVERY % 8,
+                    &mut random,
+                )
+            } else {
+                random_frame(&opened, sides, &mut random)
+            };
+            let on_host: Option<Fix> = localizer.locate(&frame.as_frame());
+            let sequence = index as u32;
+            let (width, height, pixels) = (frame.width, frame.height, &*frame.pixels);
             let reply = running
                 .ask(&Request::Locate {
                     sequence,
                     width,
                     height,
-                    pixels: &pixels,
+                    pixels,
                 })
                 .expect("answers");
             let Reply::Fix {
@@ -142,12 +197,38 @@ fn frames_of_the_maps_give_the_same_bits_on_host_and_target() {
             assert_eq!(
                 bits(on_host),
                 bits(on_target),
-                "{} frame {sequence}: {on_host:?} {on_target:?}",
+                "{} frame {index}: {on_host:?} {on_target:?}",
                 map.name
             );
+            known += u32::from(on_host.is_some_and(|fix| fix.known));
+            guaranteed += u32::from(on_host.is_some_and(|fix| fix.guaranteed));
         }
-        println!("{}: {per_map} frames, the same bits", map.name);
+        println!(
+            "{}: {frames} frames, the same bits; {known} known, {guaranteed} guaranteed",
+            map.name
+        );
+        assert!(
+            known > 0 && guaranteed > 0,
+            "{}: both answers of both judgements are compared",
+            map.name
+        );
     }
+}
+
+/// A slightly deviated view of a landmark.
+fn rendered_frame(
+    map: &Map,
+    atlas: &Atlas<'_>,
+    landmark: usize,
+    random: &mut impl Rng,
+) -> CameraFrame {
+    let scene = Deviation::SLIGHT
+        .draw(map, atlas, landmark, random)
+        .expect("there is room");
+    let camera = Camera::for_atlas(atlas);
+    let mut frame = camera.frame();
+    camera.render(map, &scene, random, &mut frame);
+    frame
 }
 
 /// Every bit of a fix.
@@ -228,7 +309,7 @@ fn the_link_survives_what_is_damaged() {
         }
     );
 
-    let pixels = random_frame(&opened, (160, 120), &mut seeded(1, 1));
+    let pixels = random_frame(&opened, (160, 120), &mut seeded(1, 1)).pixels;
     let request = Request::Locate {
         sequence: 4,
         width: 160,

@@ -4,10 +4,11 @@
 use std::{fmt::Write as _, fs};
 
 use eigenmark::{
-    evaluate::{Deviation, Outcome, deviated_fixes, foreign_fixes},
-    learn::{Settings, Trained, train},
+    evaluate::{Deviation, Outcome, deviated_fixes, foreign_fixes as foreign_fixes_of},
+    learn::Settings,
     map::{Grid, Map},
     output::Progress,
+    train::{Trained, train},
 };
 use eigenmark_core::localizer::Fix;
 use eigenmark_tests::{
@@ -144,11 +145,17 @@ fn judgements_hold_and_their_table_is_up_to_date() {
             .sum();
         let slight_fixes = moved(&Deviation::SLIGHT);
         let slight: Outcome = Outcome::of_landmarks(&slight_fixes).into_iter().sum();
-        let foreign_fixes: Vec<Option<Fix>> = maps
-            .iter()
-            .filter(|(other, _)| other != name)
-            .flat_map(|(_, (other, _))| foreign_fixes(other, &atlas, FOREIGN_VIEWS, SEED))
-            .collect();
+        let mut foreign_fixes: Vec<Option<Fix>> = Vec::new();
+        for (other_name, (other, _)) in maps.iter().filter(|(other, _)| other != name) {
+            let fixes = foreign_fixes_of(other, &atlas, FOREIGN_VIEWS, SEED);
+            let outcome: Outcome = fixes.iter().map(|&fix| Outcome::of(fix, None)).sum();
+            let percent = outcome.percent(outcome.known);
+            assert!(
+                percent <= MAX_FOREIGN_PERCENT,
+                "{name}: {percent} % of {other_name} is known"
+            );
+            foreign_fixes.extend(fixes);
+        }
         let foreign: Outcome = foreign_fixes
             .iter()
             .map(|&fix| Outcome::of(fix, None))
@@ -164,10 +171,6 @@ fn judgements_hold_and_their_table_is_up_to_date() {
         assert!(
             slight.percent(slight.known) >= MIN_KNOWN_PERCENT,
             "{name}: {slight:?}"
-        );
-        assert!(
-            foreign.percent(foreign.known) <= MAX_FOREIGN_PERCENT,
-            "{name}: {foreign:?}"
         );
 
         let percent = |outcome: &Outcome, count| format!("{:.1}", outcome.percent(count));
@@ -225,8 +228,9 @@ Written by `tests/tests/judgements.rs`, which fails when a promise breaks or a s
 1/10, gauss1, k = 15, no normalization, nSSD. Shares in percent.
 
 - *Moderate*: rotation to ±20°, shift to ±15 % of the footprint in x and y, altitude ratio to 1.2, gamma to 2 (and the
-  reciprocals), noise to 8 gray levels, all at once, each uniform.
-- *Slight*: ±2°, ±2 %, 1.02, 1.05, 2 gray levels: what the limits of `known` are calibrated on, with another seed.
+  reciprocals), noise with a standard deviation to 8 gray levels; all at once, each drawn uniformly.
+- *Slight*: ±2°, ±2 %, 1.02, 1.05, 2 gray levels: what calibration sets the limits of `known` on, to keep
+  99.5 % of other draws.
 - *Foreign*: views of the other maps at random places.
 
 | map | moderate views | right | guaranteed | guaranteed wrong | slight: right | guaranteed | known | foreign views | known |

@@ -3,11 +3,12 @@
 
 use eigenmark::{
     atlas::Folded,
-    learn::{Preprocess, Selection, Settings, Trained, train},
+    learn::{Preprocess, Selection, Settings},
     map::Map,
     output::Progress,
     select::{dissimilarity, metric_distance},
     simulate::seeded,
+    train::{Trained, train},
 };
 use eigenmark_core::{
     atlas::Blur,

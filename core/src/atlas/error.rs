@@ -1,4 +1,4 @@
-//! Why bytes are not an atlas: one variant per check, in the order of the checks.
+//! Why bytes are not an atlas: one variant per kind of check, each with its numbers.
 
 use core::fmt;
 

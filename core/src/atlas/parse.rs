@@ -1,4 +1,5 @@
-//! Bytes → atlas. Every check happens here, once, in the order of [`AtlasError`]'s variants.
+//! Bytes → atlas. Every check happens here, once, in a fixed order: preamble, header, lengths and gaps, basis,
+//! landmarks.
 
 use bytemuck::Pod;
 
@@ -189,10 +190,17 @@ fn check_header(header: &Header) -> Result<(), AtlasError> {
     range(Part::Lattices, header.lattices.len() as u32, 1, 2)?;
     for lattice in &header.lattices {
         range(Part::Lattice, lattice.count(), 1, u32::MAX)?;
-        let numbers = [lattice.origin.x_px, lattice.origin.y_px, lattice.stride_px];
+        check_numbers(Part::Lattice, [lattice.stride_px], &Sign::Positive)?;
+        let numbers = [lattice.origin.x_px, lattice.origin.y_px];
         check_numbers(Part::Lattice, numbers, &Sign::NotNegative)?;
+        // With the first and the last place, all are on the map.
         let last = lattice.point(u32::from(lattice.columns) - 1, u32::from(lattice.rows) - 1);
-        check_numbers(Part::Lattice, [last.x_px, last.y_px], &Sign::NotNegative)?;
+        let (width, height) = (header.map_px.0 as f32, header.map_px.1 as f32);
+        check_numbers(
+            Part::Lattice,
+            [width - last.x_px, height - last.y_px],
+            &Sign::NotNegative,
+        )?;
     }
     check_numbers(Part::Footprint, [header.footprint_px], &Sign::Positive)?;
     check_numbers(Part::Step, [header.step], &Sign::Positive)?;

@@ -20,6 +20,7 @@ struct Sample {
     mean_weights: Vec<i8>,
     coefficients: Vec<i16>,
     records: Vec<Record>,
+    thumbnails: Vec<u8>,
 }
 
 /// Bytes at an 8-aligned address.
@@ -123,6 +124,7 @@ impl Sample {
                     radius: 0.25,
                 },
             ],
+            thumbnails: Vec::new(),
         }
     }
 
@@ -134,7 +136,7 @@ impl Sample {
             mean_weights: &self.mean_weights,
             coefficients: &self.coefficients,
             records: &self.records,
-            thumbnails: &[],
+            thumbnails: &self.thumbnails,
         }
     }
 
@@ -167,6 +169,22 @@ fn what_is_emitted_is_parsed_back() {
     assert_eq!(
         [0, 1, 2, 3].map(|pixel| atlas.eigenspace().weight(0, pixel)),
         [1000, -2000, 3000, -4000]
+    );
+}
+
+#[test]
+fn thumbnails_come_back() {
+    let mut sample = Sample::new();
+    sample.header.thumbnail_side = 2;
+    sample.thumbnails = vec![1, 2, 3, 4, 5, 6, 7, 8];
+    let bytes = sample.emit();
+    let atlas = Atlas::parse(bytes.bytes()).expect("valid");
+    assert_eq!(atlas.thumbnail(1), Some(&[5, 6, 7, 8][..]));
+    assert_eq!(atlas.thumbnail(2), None);
+    let plain = Sample::new().emit();
+    assert_eq!(
+        Atlas::parse(plain.bytes()).expect("valid").thumbnail(0),
+        None
     );
 }
 
@@ -312,7 +330,7 @@ fn numbers_that_make_no_sense_are_reported() {
     );
     assert_eq!(
         Sample::error_after(|s| s.header.lattices[0].stride_px = -1.0),
-        number(Part::Lattice, 2)
+        number(Part::Lattice, 0)
     );
     assert_eq!(
         Sample::error_after(|s| s.rows[0].spread = 0.0),

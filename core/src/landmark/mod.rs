@@ -28,8 +28,8 @@ pub enum Metric {
 pub struct Record {
     /// Number of the candidate this landmark was selected from, 1-based.
     pub view: u32,
-    /// A fix closer than this is guaranteed to be the nearest landmark (report (2.39), reconstructed), quantization
-    /// included; in the metric's unit.
+    /// A fix closer than this is guaranteed: at most ε_i of report (2.38), reconstructed, narrowed by the quantization
+    /// error and by wrong fixes met in training; in the metric's unit.
     pub radius: f32,
 }
 

@@ -28,8 +28,8 @@ pub struct Fix {
     pub margin: f32,
     /// Distance from feature space ‖n(y) − ȳ‖² − ‖g‖²: how much of the view the eigenspace cannot express.
     pub from_feature_space: f32,
-    /// The distance is below the landmark's radius: whatever rounding did, no other landmark is nearer
-    /// (report (2.39), reconstructed).
+    /// The distance is below the landmark's radius: whatever rounding did, no other landmark is nearer (report (2.39),
+    /// reconstructed), and in training no view of another landmark came so near.
     pub guaranteed: bool,
     /// Both the distance and the distance from feature space are below the atlas's limits: this looks like a view of
     /// the map near a landmark, not of somewhere else.

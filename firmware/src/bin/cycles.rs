@@ -52,7 +52,7 @@ fn main() -> ! {
     };
     for count in [8, atlas.landmarks().len()] {
         let table = atlas.landmarks().prefix(count);
-        meter.measure(format_args!("match_{count}_{k}"), 50, || {
+        meter.measure(format_args!("match_{}_{k}", table.len()), 50, || {
             black_box(table.nearest(black_box(&projection.coefficients)));
         });
     }

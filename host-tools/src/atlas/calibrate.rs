@@ -82,10 +82,16 @@ pub fn calibrate(
     };
 
     let mut records = atlas.landmarks().records().to_vec();
+    let mut nearest_wrong = vec![f32::MAX; records.len()];
     for (truth, fix) in located(map, &atlas, &Deviation::MODERATE, progress) {
-        let record = &mut records[fix.landmark as usize];
-        if fix.distance < record.radius && is_elsewhere(&atlas, truth, &fix) {
-            record.radius = fix.distance * NARROWING;
+        if is_elsewhere(&atlas, truth, &fix) {
+            let nearest = &mut nearest_wrong[fix.landmark as usize];
+            *nearest = nearest.min(fix.distance);
+        }
+    }
+    for (record, nearest) in records.iter_mut().zip(nearest_wrong) {
+        if nearest < record.radius {
+            record.radius = nearest * NARROWING;
         }
     }
 

@@ -28,7 +28,7 @@ const HEADROOM: fn(Width) -> f64 = |width| match width {
 };
 
 /// Roundings of single precision per coefficient, each at most 2⁻²⁴ of the magnitudes involved, with room to spare.
-const FLOAT_ROUNDING: f64 = 8.0 / (1 << 24) as f64;
+const FLOAT_ROUNDING: f64 = 16.0 / (1 << 24) as f64;
 
 /// A quantized eigenspace, not yet bound to landmarks.
 #[derive(Clone, Debug)]

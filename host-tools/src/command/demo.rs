@@ -9,11 +9,12 @@ use clap::Args;
 use eigenmark::{
     atlas::Summary,
     evaluate::{Deviation, Outcome, deviated_fixes},
-    learn::{Settings, train},
+    learn::Settings,
     map::{Map, city},
     output::{Progress, create_dir, write_file},
     report::{FlightReport, TrainingReport, training_report},
     simulate::{Flight, Waypoint, fly},
+    train::train,
 };
 use eigenmark_core::landmark::Point;
 use serde_json::json;

@@ -51,15 +51,11 @@ impl Cmd {
         let buffer = AtlasBuffer::read(&self.atlas)?;
         let mut localizer = Localizer::new(buffer.atlas());
         let mut out = io::stdout().lock();
-        if !self.json {
-            writeln!(
-                out,
-                "{:>8}{:>8}{:>20}{:>10}{:>10}  {:<12}{:<8}frame",
-                "landmark", "view", "position", "distance", "margin", "guaranteed", "known"
-            )?;
-        }
-        for name in &self.frames {
+        for (name, index) in self.frames.iter().zip(0..) {
             let fix = locate(&mut localizer, name)?;
+            if index == 0 && !self.json {
+                print_head(&mut out)?;
+            }
             if self.json {
                 print_json(&mut out, &Line::new(name, fix))?;
             } else {
@@ -96,6 +92,14 @@ fn locate(localizer: &mut Localizer<'_>, name: &str) -> anyhow::Result<Option<Fi
     let frame = Frame::new(picture.as_raw(), width, height, picture.width() as usize)
         .with_context(|| name.to_owned())?;
     Ok(localizer.locate(&frame))
+}
+
+fn print_head(out: &mut impl Write) -> io::Result<()> {
+    writeln!(
+        out,
+        "{:>8}{:>8}{:>20}{:>10}{:>10}  {:<12}{:<8}frame",
+        "landmark", "view", "position", "distance", "margin", "guaranteed", "known"
+    )
 }
 
 fn print_row(out: &mut impl Write, name: &str, fix: Option<Fix>) -> anyhow::Result<()> {

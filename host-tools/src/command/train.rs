@@ -9,10 +9,11 @@ use anyhow::{Context, ensure};
 use clap::{Args, value_parser};
 use eigenmark::{
     atlas::Summary,
-    learn::{Selection, Settings, Trained, train},
+    learn::{Selection, Settings},
     map::Map,
-    output::{Progress, create_dir, write_file, write_npy},
+    output::{Progress, check_directory, check_target, create_dir, write_file, write_npy},
     select::dissimilarity,
+    train::{Trained, train},
 };
 use serde_json::json;
 
@@ -58,7 +59,7 @@ pub struct Cmd {
     #[arg(long, value_name = "SIGMA", default_value_t = 0.0, value_parser = not_negative)]
     highpass: f64,
     /// Multiply coefficients by λ^(−ALPHA/2)
-    #[arg(long, value_name = "ALPHA", default_value_t = 0.0, value_parser = not_negative)]
+    #[arg(long, value_name = "ALPHA", default_value_t = 0.0, value_parser = whitening)]
     whiten: f64,
     /// How views are compared
     #[arg(long, value_enum, default_value = "nssd")]
@@ -80,6 +81,10 @@ const MAX_EXPORTED_VIEWS: u32 = 8192;
 impl Cmd {
     pub fn run(self) -> anyhow::Result<()> {
         let settings = self.settings()?;
+        check_target(&self.out)?;
+        if let Some(directory) = &self.export {
+            check_directory(directory)?;
+        }
         let map = Map::open(&self.map)?;
         if self.export.is_some() {
             let views = settings
@@ -197,6 +202,13 @@ fn scale(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(scale) if (1.0..=1000.0).contains(&scale) => Ok(scale),
         _ => Err("expected a number from 1 to 1000".to_owned()),
+    }
+}
+
+fn whitening(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(alpha) if (0.0..=2.0).contains(&alpha) => Ok(alpha),
+        _ => Err("expected a number from 0 to 2".to_owned()),
     }
 }
 

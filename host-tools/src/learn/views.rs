@@ -2,16 +2,16 @@
 
 use eigenmark_core::{
     eigenspace::Normalize,
-    frame::Frame,
+    frame::{Frame, FrameError},
     preprocess::{MAX_VIEW_SIDE, MIN_VIEW_SIDE, View, reduce},
 };
 use rayon::prelude::*;
 
-use super::{Preprocess, TrainError};
+use super::Preprocess;
 use crate::map::{Grid, Map};
 
-/// Memory that the training views may take, as the f64 matrix PCA works on.
-pub const MAX_TRAINING_BYTES: u64 = 2 << 30;
+/// Memory that the training views may take, all their forms included.
+pub const MAX_TRAINING_BYTES: u64 = 4 << 30;
 
 /// All candidates of a map: reduced, normalized, filtered.
 #[derive(Clone, Debug)]
@@ -26,6 +26,39 @@ pub struct Views {
     pub pixels: usize,
 }
 
+/// Why candidates cannot be cut into views.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ViewsError {
+    /// The side of a view is outside what a board can hold.
+    #[error(
+        "views of {side}×{side} pixels (a {window_px} pixel window at this scale); \
+         a board holds {MIN_VIEW_SIDE} to {MAX_VIEW_SIDE} per side"
+    )]
+    ViewSide {
+        /// Pixels per side of a view.
+        side: u32,
+        /// Side of a window, in map pixels.
+        window_px: u32,
+    },
+    /// A window is not a frame.
+    #[error("view size: {0}")]
+    Window(FrameError),
+    /// The views would not fit into memory.
+    #[error("{candidates} views need {} MiB for training, {} are allowed; raise --stride", bytes >> 20, MAX_TRAINING_BYTES >> 20)]
+    TooManyViews {
+        /// Number of candidates.
+        candidates: u32,
+        /// Bytes they would need.
+        bytes: u64,
+    },
+    /// A candidate has no contrast to normalize.
+    #[error("view {view} is flat, and unit variance is asked for; choose --normalize mean")]
+    FlatView {
+        /// The candidate.
+        view: u32,
+    },
+}
+
 impl Views {
     /// Cuts and reduces every candidate of the grid to views of `side`×`side` pixels.
     ///
@@ -37,25 +70,27 @@ impl Views {
         grid: &Grid,
         side: u32,
         preprocess: &Preprocess,
-    ) -> Result<Self, TrainError> {
+    ) -> Result<Self, ViewsError> {
         let range = u32::from(MIN_VIEW_SIDE)..=u32::from(MAX_VIEW_SIDE);
         let side = u8::try_from(side)
             .ok()
             .filter(|&side| range.contains(&u32::from(side)))
-            .ok_or(TrainError::ViewSide {
+            .ok_or(ViewsError::ViewSide {
                 side,
                 window_px: grid.window_px(),
             })?;
         let pixels = usize::from(side) * usize::from(side);
-        let bytes = u64::from(grid.count()) * pixels as u64 * size_of::<f64>() as u64;
+        // The view itself, and its normalized, filtered and centred forms.
+        let bytes_per_view = size_of::<View>() + 3 * pixels * size_of::<f64>();
+        let bytes = u64::from(grid.count()) * bytes_per_view as u64;
         if bytes > MAX_TRAINING_BYTES {
-            return Err(TrainError::TooManyViews {
+            return Err(ViewsError::TooManyViews {
                 candidates: grid.count(),
                 bytes,
             });
         }
 
-        let reduced: Result<Vec<View>, TrainError> = (1..=grid.count())
+        let reduced: Result<Vec<View>, ViewsError> = (1..=grid.count())
             .into_par_iter()
             .map(|view| reduced_window(map, grid, view, side))
             .collect();
@@ -64,7 +99,7 @@ impl Views {
         for (view, number) in reduced.iter().zip(1..) {
             let n = preprocess
                 .normalized(view.pixels())
-                .ok_or(TrainError::FlatView { view: number })?;
+                .ok_or(ViewsError::FlatView { view: number })?;
             filtered.extend(preprocess.filtered(&n));
             // Without normalization n(y) is y itself, which `reduced` already holds.
             if preprocess.normalize() != Normalize::None {
@@ -100,12 +135,12 @@ impl Views {
     }
 }
 
-fn reduced_window(map: &Map, grid: &Grid, view: u32, side: u8) -> Result<View, TrainError> {
+fn reduced_window(map: &Map, grid: &Grid, view: u32, side: u8) -> Result<View, ViewsError> {
     let (x, y) = grid.corner(view);
     let window = u16::try_from(grid.window_px()).unwrap_or(u16::MAX);
     let stride = map.width() as usize;
     let pixels = &map.luminance().as_raw()[y as usize * stride + x as usize..];
-    let frame = Frame::new(pixels, window, window, stride).map_err(TrainError::Window)?;
+    let frame = Frame::new(pixels, window, window, stride).map_err(ViewsError::Window)?;
     let mut reduced = View::black(side);
     reduce(&frame, &mut reduced);
     Ok(reduced)

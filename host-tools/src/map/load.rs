@@ -1,16 +1,17 @@
 //! Picture files → 8-bit luminance.
 //!
-//! PNG, JPEG and TIFF are told apart by their contents, not by their names. Luminance is Rec. 601 (what cameras put
+//! PNG (palettes included), JPEG and TIFF are told apart by their contents, not by their names. Luminance is Rec. 601 (what cameras put
 //! into the Y of YUYV), rounded to the nearest; 16-bit samples are scaled by 255/65535; transparency is ignored.
 
 use std::{
     fs::File,
-    io::{self, BufReader},
+    io::{self, BufReader, Read},
     path::{Path, PathBuf},
 };
 
 use image::{
-    ColorType, DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbImage,
+    ColorType, DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits,
+    RgbImage,
 };
 
 /// The largest accepted number of pixels of a picture: 8192×8192.
@@ -81,9 +82,15 @@ pub fn load(path: &Path) -> Result<GrayImage, MapError> {
         path: path.to_owned(),
         source,
     };
-    let damaged = |error: image::ImageError| MapError::Damaged {
-        path: path.to_owned(),
-        reason: error.to_string().replace('\n', " "),
+    let damaged = |error: ImageError| match error {
+        ImageError::Unsupported(what) => MapError::Samples {
+            path: path.to_owned(),
+            found: what.to_string(),
+        },
+        error => MapError::Damaged {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        },
     };
     let file = File::open(path).map_err(read)?;
     if file.metadata().map_err(read)?.is_dir() {
@@ -92,8 +99,8 @@ pub fn load(path: &Path) -> Result<GrayImage, MapError> {
     let mut reader = ImageReader::new(BufReader::new(file))
         .with_guessed_format()
         .map_err(read)?;
-    match reader.format() {
-        Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Tiff) => {}
+    let format = match reader.format() {
+        Some(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Tiff)) => format,
         other => {
             let found = other.map_or("an unknown format".to_owned(), |format| {
                 format!("{format:?}")
@@ -103,7 +110,7 @@ pub fn load(path: &Path) -> Result<GrayImage, MapError> {
                 found,
             });
         }
-    }
+    };
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(MAX_DECODER_BYTES);
     reader.limits(limits);
@@ -122,6 +129,9 @@ pub fn load(path: &Path) -> Result<GrayImage, MapError> {
             path: path.to_owned(),
             found: "32-bit floats".to_owned(),
         });
+    }
+    if format == ImageFormat::Jpeg {
+        check_jpeg_is_whole(path)?;
     }
     let picture = DynamicImage::from_decoder(decoder).map_err(damaged)?;
     Ok(match picture {
@@ -145,6 +155,32 @@ pub fn load(path: &Path) -> Result<GrayImage, MapError> {
             gray_image(width, height, pixels)
         }
         other => luminance(&other.to_rgb8()),
+    })
+}
+
+/// The decoder fills what is missing of a JPEG file with gray; here a file that is cut short is an error. A whole file
+/// has an end marker after the start of its last scan.
+fn check_jpeg_is_whole(path: &Path) -> Result<(), MapError> {
+    const START_OF_SCAN: [u8; 2] = [0xff, 0xda];
+    const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
+    let read = |source| MapError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    // As many bytes as a picture of the largest size could need, uncompressed.
+    let mut bytes = Vec::new();
+    File::open(path)
+        .map_err(read)?
+        .take(MAX_PIXELS * 4)
+        .read_to_end(&mut bytes)
+        .map_err(read)?;
+    let last = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
+    if last(END_OF_IMAGE) > last(START_OF_SCAN) {
+        return Ok(());
+    }
+    Err(MapError::Damaged {
+        path: path.to_owned(),
+        reason: "the JPEG file is cut short".to_owned(),
     })
 }
 

@@ -30,13 +30,7 @@ pub fn write_file(
         path: path.to_owned(),
         source,
     };
-    if path.is_dir() {
-        return Err(error(io::ErrorKind::IsADirectory.into()));
-    }
-    let directory = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let directory = check_target(path)?;
     let mut file = NamedTempFile::new_in(directory).map_err(error)?;
     let mut buffered = BufWriter::new(file.as_file_mut());
     write(&mut buffered)
@@ -45,6 +39,42 @@ pub fn write_file(
     drop(buffered);
     make_readable(file.as_file()).map_err(error)?;
     file.persist(path).map_err(|persist| error(persist.error))?;
+    Ok(())
+}
+
+/// Checks that a file of that name could be written: before long work, not after it. Gives its directory.
+///
+/// # Errors
+/// When its directory does not exist, or the name is a directory's.
+pub fn check_target(path: &Path) -> Result<&Path, OutputError> {
+    let error = |kind: io::ErrorKind| OutputError {
+        path: path.to_owned(),
+        source: kind.into(),
+    };
+    let directory = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if path.is_dir() {
+        return Err(error(io::ErrorKind::IsADirectory));
+    }
+    if !directory.is_dir() {
+        return Err(error(io::ErrorKind::NotFound));
+    }
+    Ok(directory)
+}
+
+/// Checks that a directory of that name exists or could be created.
+///
+/// # Errors
+/// When something else has the name.
+pub fn check_directory(path: &Path) -> Result<(), OutputError> {
+    if path.exists() && !path.is_dir() {
+        return Err(OutputError {
+            path: path.to_owned(),
+            source: io::ErrorKind::NotADirectory.into(),
+        });
+    }
     Ok(())
 }
 

@@ -4,6 +4,6 @@ mod files;
 mod npy;
 mod progress;
 
-pub use files::{OutputError, create_dir, write_file};
+pub use files::{OutputError, check_directory, check_target, create_dir, write_file};
 pub use npy::write_npy;
 pub use progress::{Bar, Progress};

@@ -1,6 +1,11 @@
 //! Progress on stderr: shown when that is a terminal, silence otherwise.
 
+use std::time::Duration;
+
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// How often it is drawn.
+const TICK: Duration = Duration::from_millis(120);
 
 /// Where progress is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +24,7 @@ impl Progress {
     /// Shows a step without countable parts.
     #[must_use = "the step is shown until this is dropped"]
     pub fn step(&self, what: &'static str) -> Bar {
-        self.shown(ProgressBar::new_spinner(), "{msg} …", what)
+        self.shown(ProgressBar::new_spinner(), "{spinner} {msg}", what)
     }
 
     /// A bar of `length` parts.
@@ -41,7 +46,7 @@ impl Progress {
             bar.set_style(style);
         }
         bar.set_message(what);
-        bar.tick();
+        bar.enable_steady_tick(TICK);
         Bar(bar)
     }
 }

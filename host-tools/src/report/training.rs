@@ -13,11 +13,7 @@ use super::{
     plot::{Axes, line_plot},
 };
 use crate::{
-    atlas::Summary,
-    evaluate::Outcome,
-    learn::{Model, Trained},
-    map::Map,
-    simulate::Waypoint,
+    atlas::Summary, evaluate::Outcome, learn::Model, map::Map, simulate::Waypoint, train::Trained,
 };
 
 /// Width of the map in the report, in pixels.

@@ -4,4 +4,4 @@ mod dissimilarity;
 mod profile;
 
 pub use dissimilarity::{dissimilarity, metric_distance};
-pub use profile::{profile, rank_by_profile};
+pub use profile::{MAX_PROFILED, profile, rank_by_profile};

@@ -8,6 +8,9 @@ use rayon::prelude::*;
 
 use super::dissimilarity;
 
+/// Candidates that may be ranked: every pair of them is compared.
+pub const MAX_PROFILED: u32 = 50_000;
+
 /// The distance profile of `coefficients` (n rows of `dimensions`).
 #[must_use]
 pub fn profile(metric: Metric, coefficients: &[f64], dimensions: usize) -> Vec<f64> {

@@ -13,6 +13,9 @@ use crate::map::Map;
 const WIDTH: u16 = 160;
 const HEIGHT: u16 = 120;
 
+/// Samples per pixel and direction, at most: enough for windows of 1920 pixels, and nearly for larger ones.
+const MAX_SAMPLES: f64 = 8.0;
+
 /// A camera that fits an atlas.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
@@ -94,7 +97,7 @@ impl Camera {
         let side = f64::from(self.width.min(self.height));
         let pitch = self.footprint_px * scene.altitude_ratio / side; // map pixels per frame pixel
         // A bilinear sample reaches two map pixels, so samples up to two apart miss nothing.
-        let samples = (pitch / 2.0).ceil().max(1.0) as u32;
+        let samples = (pitch / 2.0).ceil().clamp(1.0, MAX_SAMPLES) as u32;
         let levels = gamma_table(scene.gamma);
         let sampler = Sampler::new(map);
         // Steps on the map per sample, to the right and down the frame.
@@ -111,17 +114,17 @@ impl Camera {
             fixed(f64::from(scene.place.x_px) - 0.5 + step * (cos * across - sin * along)),
             fixed(f64::from(scene.place.y_px) - 0.5 + step * (sin * across + cos * along)),
         ];
-        let count = samples * samples;
+        let count = u64::from(samples * samples);
         let samples = i64::from(samples);
         for (row, pixels) in (0..).zip(frame.pixels.chunks_exact_mut(usize::from(self.width))) {
             for (column, pixel) in (0..).zip(pixels) {
-                let mut sum = 0;
+                let mut sum = 0_u64;
                 for sub_row in row * samples..(row + 1) * samples {
                     for sub_column in column * samples..(column + 1) * samples {
                         let at = |axis: usize| {
                             first[axis] + sub_column * right[axis] + sub_row * down[axis]
                         };
-                        sum += sampler.bilinear(at(0), at(1));
+                        sum += u64::from(sampler.bilinear(at(0), at(1)));
                     }
                 }
                 let level = (sum + (count << 15)) / (count << 16); // 0 to 255

@@ -1,16 +1,17 @@
 //! Runs a firmware binary on the emulated board: cargo's runner for the target.
 //!
-//! `board FIRMWARE [--atlas FILE]… [--listen]`: plain output goes to stdout, logs to stderr. Without `--atlas`, the
+//! `board FIRMWARE [--atlas FILE [--atlas FILE]]`: plain output goes to stdout, logs to stderr. Without `--atlas`, the
 //! first slot holds the report's table of all 83 views of the built-in city, and the second a dense one.
 
 use std::{env, path::PathBuf, process::ExitCode};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use eigenmark::{
     atlas::AtlasBuffer,
-    learn::{Selection, Settings, train},
+    learn::{Selection, Settings},
     map::Map,
     output::Progress,
+    train::train,
 };
 use eigenmark_core::link::{Reply, Request};
 use eigenmark_tests::board::{Board, Log};
@@ -35,6 +36,11 @@ fn main() -> Result<ExitCode> {
     if atlases.is_empty() {
         atlases = built_in()?;
     }
+    ensure!(
+        atlases.len() <= 2,
+        "a board has two slots, {} atlases are given",
+        atlases.len()
+    );
     let board = atlases
         .iter()
         .fold(Board::flashed(&firmware), |board, atlas| {

@@ -1,17 +1,13 @@
-//! The whole way from a map to an atlas.
+//! The whole way from a map to an atlas: cut views, learn, select, quantize, calibrate.
 
-use eigenmark_core::{
-    atlas::{Atlas, AtlasError, Training},
-    frame::FrameError,
-    preprocess::{MAX_VIEW_SIDE, MIN_VIEW_SIDE},
-};
+use eigenmark_core::atlas::{Atlas, AtlasError, Training};
 
-use super::{Model, PcaError, Preprocess, Selection, Settings, Views};
 use crate::{
     atlas::{AtlasBuffer, CalibrationError, Folded, calibrate, radii},
+    learn::{Model, PcaError, Preprocess, Selection, Settings, Views, ViewsError},
     map::{Grid, GridError, Map},
     output::Progress,
-    select::{profile, rank_by_profile},
+    select::{MAX_PROFILED, profile, rank_by_profile},
 };
 
 /// Everything training makes; the atlas is what flies, the rest is for judging and exporting.
@@ -39,39 +35,23 @@ pub enum TrainError {
     /// The map is too small for the view size, or the stride too fine.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// The side of a view is outside what a board can hold.
-    #[error(
-        "views of {side}×{side} pixels (a {window_px} pixel window at this scale); \
-         a board holds {MIN_VIEW_SIDE} to {MAX_VIEW_SIDE} per side"
-    )]
-    ViewSide {
-        /// Pixels per side of a view.
-        side: u32,
-        /// Side of a window, in map pixels.
-        window_px: u32,
-    },
-    /// A window is not a frame.
-    #[error("view size: {0}")]
-    Window(FrameError),
-    /// The views would not fit into memory.
-    #[error("{candidates} views need {} MiB for training, {} are allowed; raise --stride", bytes >> 20, super::MAX_TRAINING_BYTES >> 20)]
-    TooManyViews {
-        /// Number of candidates.
-        candidates: u32,
-        /// Bytes they would need.
-        bytes: u64,
-    },
-    /// A candidate has no contrast to normalize.
-    #[error("view {view} is flat, and unit variance is asked for; choose --normalize mean")]
-    FlatView {
-        /// The candidate.
-        view: u32,
-    },
+    /// The candidates cannot be cut into views.
+    #[error(transparent)]
+    Views(#[from] ViewsError),
     /// More landmarks are asked for than there are candidates.
     #[error("{landmarks} landmarks are asked for, but the map has {candidates} views")]
     TooManyLandmarks {
         /// Landmarks asked for.
         landmarks: u32,
+        /// Number of candidates.
+        candidates: u32,
+    },
+    /// There are too many candidates to compare every pair of them.
+    #[error(
+        "{candidates} views are too many for the distance profile, which compares up to {MAX_PROFILED}; \
+         raise --stride or choose --select all"
+    )]
+    TooManyProfiled {
         /// Number of candidates.
         candidates: u32,
     },
@@ -105,6 +85,12 @@ pub fn train(
             candidates: grid.count(),
         });
     }
+    let is_needed = with_profile || settings.selection != Selection::All;
+    if is_needed && grid.count() > MAX_PROFILED {
+        return Err(TrainError::TooManyProfiled {
+            candidates: grid.count(),
+        });
+    }
     let side = settings.view_side();
     let preprocess = Preprocess::new(
         side as usize,
@@ -123,7 +109,6 @@ pub fn train(
 
     drop(step);
     let step = progress.step("selecting landmarks");
-    let is_needed = with_profile || settings.selection != Selection::All;
     let profile = is_needed.then(|| {
         let profile = profile(settings.metric, &coordinates, dimensions);
         let ranking = rank_by_profile(&profile);
