@@ -17,10 +17,14 @@ struct Fixture {
 }
 
 impl Fixture {
-    fn new() -> Self {
-        let fixture = Self {
+    fn empty() -> Self {
+        Self {
             directory: tempfile::tempdir().expect("temporary directory"),
-        };
+        }
+    }
+
+    fn new() -> Self {
+        let fixture = Self::empty();
         small_map().save(fixture.path("map.png")).expect("writable");
         GrayImage::new(1, 1)
             .save(fixture.path("tiny.png"))
@@ -226,7 +230,7 @@ fn bad_input_is_refused_in_one_clear_line() {
 
 #[test]
 fn pictures_that_are_cut_short_are_refused() {
-    let fixture = Fixture::new();
+    let fixture = Fixture::empty();
     for (whole, half) in [
         ("map.png", "half.png"),
         ("map.jpg", "half.jpg"),
@@ -252,8 +256,8 @@ fn pictures_that_are_cut_short_are_refused() {
 }
 
 #[test]
-fn every_kind_of_picture_gives_the_same_atlas() {
-    let fixture = Fixture::new();
+fn every_kind_of_picture_gives_the_same_map() {
+    let fixture = Fixture::empty();
     let gray = DynamicImage::ImageLuma8(small_map());
     let kinds: [(&str, DynamicImage, ImageFormat); 8] = [
         ("rgb8.png", gray.to_rgb8().into(), ImageFormat::Png),
@@ -275,21 +279,9 @@ fn every_kind_of_picture_gives_the_same_atlas() {
     write_palette_png(&fixture.path("palette.png"), &small_map());
     names.push("palette.png");
 
-    let good = fs::read(fixture.path("good.atlas")).expect("written");
     for name in names {
-        let out = fixture.name("other.atlas");
-        let map = fixture.name(name);
-        let size = ["--view-size", "100", "--scale", "5", "--dims", "5"];
-        let output = run(&[&["train", "--map", &map, "--out", &out], &size[..]].concat());
-        assert!(
-            output.status.success(),
-            "{name}: {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        assert!(
-            fs::read(&out).expect("written") == good,
-            "{name} gives another atlas"
-        );
+        let map = Map::open(&fixture.name(name)).unwrap_or_else(|error| panic!("{error}"));
+        assert!(*map.luminance() == small_map(), "{name} gives another map");
     }
 }
 
