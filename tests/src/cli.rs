@@ -10,14 +10,15 @@ use anyhow::{Context, Result, ensure};
 
 use crate::maps::workspace;
 
-/// Path of the `eigenmark` binary, built on first use.
+/// Path of the `eigenmark` binary, built on first use: from the whole workspace, so that
+/// dependencies have the features they have in tests, and need not be compiled again.
 ///
 /// # Panics
 /// When it does not build.
 pub fn eigenmark() -> &'static PathBuf {
     static PATH: OnceLock<PathBuf> = OnceLock::new();
     PATH.get_or_init(|| {
-        build(&["--package", "eigenmark", "--bin", "eigenmark"])
+        build(&["--bin", "eigenmark"])
             .expect("eigenmark builds")
             .remove(0)
     })
