@@ -6,7 +6,7 @@ use super::{
     Atlas, AtlasError, Header, Layout, MAGIC, MAX_HEADER_LEN, PREAMBLE_LEN, VERSION, checksum,
 };
 use crate::{
-    eigenspace::Row,
+    eigenspace::{Row, squared_norm},
     landmark::{Record, row_len},
 };
 
@@ -135,10 +135,7 @@ fn write_landmarks(contents: &Contents<'_>, atlas: &mut [u8], layout: &Layout) {
         {
             place.copy_from_slice(&value.to_le_bytes()[..width]);
         }
-        let norm = coefficients
-            .iter()
-            .map(|&c| (i32::from(c) * i32::from(c)) as u32)
-            .fold(0, u32::wrapping_add);
+        let norm = squared_norm(coefficients.iter().copied());
         let start = layout.squared_norms.range().start + index * size_of::<u32>();
         atlas[start..start + size_of::<u32>()].copy_from_slice(&norm.to_le_bytes());
     }

@@ -9,8 +9,8 @@ use super::{
 };
 use crate::{
     eigenspace::{
-        Eigenspace, MAX_DIMENSIONS, Normalize, ROWS_PER_BLOCK, padded_pixels, weight_count,
-        weight_index,
+        Eigenspace, MAX_DIMENSIONS, Normalize, ROWS_PER_BLOCK, padded_pixels, squared_norm,
+        weight_count, weight_index,
     },
     landmark::{LandmarkTable, Table, Width, lattice::candidate_count, row_len},
     preprocess::{MAX_VIEW_SIDE, MIN_VIEW_SIDE},
@@ -315,7 +315,6 @@ fn check_landmarks(table: &LandmarkTable<'_>, candidates: u32) -> Result<(), Atl
                 index,
             });
         }
-        let mut expected = 0;
         for found in table.coefficients(index as usize) {
             if found.unsigned_abs() > limit.unsigned_abs() {
                 return Err(AtlasError::Coefficient {
@@ -324,8 +323,8 @@ fn check_landmarks(table: &LandmarkTable<'_>, candidates: u32) -> Result<(), Atl
                     limit,
                 });
             }
-            expected += (i32::from(found) * i32::from(found)) as u32;
         }
+        let expected = squared_norm(table.coefficients(index as usize));
         let found = table.squared_norms[index as usize];
         if found != expected {
             return Err(AtlasError::Norm {

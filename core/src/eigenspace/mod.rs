@@ -113,10 +113,7 @@ impl Coefficients {
     /// ‖g‖² in squared steps: below 2²⁹ for values within [`coefficient_limit`].
     #[must_use]
     pub fn squared_norm(&self) -> u32 {
-        self.values()
-            .iter()
-            .map(|&c| (i32::from(c) * i32::from(c)) as u32)
-            .fold(0, u32::wrapping_add)
+        squared_norm(self.values().iter().copied())
     }
 }
 
@@ -219,6 +216,13 @@ pub fn coefficient_limit(dimensions: u8) -> i16 {
     let k = u32::from(dimensions.max(1));
     let limit = ((i32::MAX as u32) / k).isqrt() / 2;
     limit.min(16_383) as i16
+}
+
+/// Sum of squares; wraps only beyond [`coefficient_limit`], which the atlas parser refuses.
+pub(crate) fn squared_norm(values: impl Iterator<Item = i16>) -> u32 {
+    values
+        .map(|value| (i32::from(value) * i32::from(value)) as u32)
+        .fold(0, u32::wrapping_add)
 }
 
 fn groups(side: u8) -> usize {
