@@ -11,6 +11,7 @@
 //! | layer | does | deliberately does not know |
 //! | --- | --- | --- |
 //! | [`math`] | rounding and roots with the same bits everywhere | what the numbers mean |
+//! | [`kernel`] | integer loops, each twice: plain, and for Armv7E-M | what the numbers mean |
 //! | [`frame`] | camera pixels, borrowed and checked | who took them |
 //! | [`preprocess`] | frame → view: exact area averaging, sums for normalization | eigenspaces |
 //! | [`eigenspace`] | view → coefficients, distance from feature space | landmarks |
@@ -35,6 +36,7 @@ compile_error!(
 pub mod atlas;
 pub mod eigenspace;
 pub mod frame;
+pub mod kernel;
 pub mod landmark;
 pub mod link;
 pub mod localizer;

@@ -39,7 +39,7 @@ const LARGEST: (u16, u16) = (320, 240);
 const RENDERED_EVERY: usize = 5;
 
 /// Instruction counts may rise by this share before the record must be renewed.
-const MAX_RISE: f64 = 0.05;
+const MAX_RISE: f64 = 0.02;
 
 /// Most that the navigator may take of flash, without an atlas.
 const MAX_FIRMWARE_BYTES: u64 = 96 * 1024;
@@ -123,6 +123,7 @@ fn parity_settings(map: &TestMap) -> Settings {
             normalize: Normalize::Std,
             highpass_px: 3.0,
             whiten: 0.5,
+            metric: Metric::Cosine,
             scale: 8.0,
             dimensions: 7,
             ..base

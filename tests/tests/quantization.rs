@@ -12,9 +12,9 @@ use eigenmark::{
 };
 use eigenmark_core::{
     atlas::Blur,
-    eigenspace::{Normalize, Projection},
+    eigenspace::{Coefficients, Normalize, Projection},
     landmark::{Metric, Width},
-    localizer::Fix,
+    localizer::Localizer,
     preprocess::View,
 };
 use rand::{Rng, RngExt};
@@ -32,7 +32,11 @@ fn settings() -> Vec<Settings> {
     };
     let mut all = Vec::new();
     for normalize in [Normalize::None, Normalize::Mean, Normalize::Std] {
-        for (metric, width) in [(Metric::Nssd, Width::I16), (Metric::Euclid, Width::I8)] {
+        for (metric, width) in [
+            (Metric::Nssd, Width::I16),
+            (Metric::Euclid, Width::I8),
+            (Metric::Cosine, Width::I16),
+        ] {
             all.push(Settings {
                 normalize,
                 metric,
@@ -100,7 +104,11 @@ fn project(
     preprocess: &Preprocess,
     view: &View,
 ) -> Option<Both> {
-    let projection = trained.atlas().eigenspace().project(view)?;
+    let mut coefficients = Coefficients::zeros(settings.dimensions);
+    let projection = trained
+        .atlas()
+        .eigenspace()
+        .project(view, &mut coefficients)?;
     let x = preprocess.of_view(view)?;
     let whitening = trained.model.whitening(settings.whiten);
     let exact = trained.model.rows().zip(whitening).map(|(row, whitening)| {
@@ -112,8 +120,7 @@ fn project(
         g * whitening
     });
     let step = f64::from(trained.atlas().landmarks().step());
-    let quantized = projection
-        .coefficients
+    let quantized = coefficients
         .values()
         .iter()
         .map(|&steps| f64::from(steps) * step)
@@ -138,7 +145,7 @@ fn coordinates_stay_within_the_proven_bound_and_own_views_are_found() {
             settings.highpass_px,
         );
         let bound = Folded::new(&trained.model, &preprocess, &trained.views, &settings).error();
-        let atlas = trained.atlas();
+        let mut localizer = Localizer::new(trained.atlas());
         let landmarks: Vec<&[f64]> = trained
             .landmarks
             .iter()
@@ -163,7 +170,7 @@ fn coordinates_stay_within_the_proven_bound_and_own_views_are_found() {
             );
             largest = largest.max(difference);
 
-            let fix = Fix::of_view(&atlas, &view).expect("not flat");
+            let fix = localizer.locate_view(&view).expect("not flat");
             if fix.guaranteed {
                 guaranteed += 1;
                 let rho = |landmark: &&[f64]| dissimilarity(settings.metric, &both.exact, landmark);
@@ -178,8 +185,9 @@ fn coordinates_stay_within_the_proven_bound_and_own_views_are_found() {
         }
         assert!(largest > 0.0);
         for (&view, rank) in trained.landmarks.iter().zip(0..) {
-            let fix =
-                Fix::of_view(&atlas, &trained.views.reduced[view as usize - 1]).expect("not flat");
+            let fix = localizer
+                .locate_view(&trained.views.reduced[view as usize - 1])
+                .expect("not flat");
             assert_eq!(
                 (fix.landmark, fix.view, fix.distance),
                 (rank, view, 0.0),

@@ -19,7 +19,7 @@ pub struct Contents<'a> {
     pub weights: &'a [i16],
     /// Factors of the k basis rows.
     pub rows: &'a [Row],
-    /// Weights of the mean row as stored, see [`mean_index`](crate::eigenspace::mean_index).
+    /// Weights of the mean row in picture order, padded with zeros to whole groups of four.
     pub mean_weights: &'a [i8],
     /// Coefficients of the landmarks: l rows of k, not padded.
     pub coefficients: &'a [i16],
@@ -120,8 +120,8 @@ fn write<'a>(target: &mut [u8], items: impl Iterator<Item = &'a [u8]>) {
 /// Coefficients, padded to whole words per row, and their squared norms.
 fn write_landmarks(contents: &Contents<'_>, atlas: &mut [u8], layout: &Layout) {
     let header = contents.header;
-    let (k, width) = (usize::from(header.dimensions), header.width.bytes());
-    let row_bytes = row_len(header.dimensions, header.width) * width;
+    let (k, width) = (usize::from(header.dimensions), header.width);
+    let row_bytes = row_len(header.dimensions, width) * size_of::<u32>();
     assert_eq!(
         contents.coefficients.len(),
         header.landmarks as usize * k,
@@ -129,11 +129,10 @@ fn write_landmarks(contents: &Contents<'_>, atlas: &mut [u8], layout: &Layout) {
     );
     for (index, coefficients) in contents.coefficients.chunks_exact(k).enumerate() {
         let start = layout.coefficients.range().start + index * row_bytes;
-        for (place, value) in atlas[start..start + row_bytes]
-            .chunks_exact_mut(width)
-            .zip(coefficients)
-        {
-            place.copy_from_slice(&value.to_le_bytes()[..width]);
+        let row = atlas[start..start + row_bytes].chunks_exact_mut(size_of::<i16>());
+        for (place, values) in row.zip(coefficients.chunks(width.per_number())) {
+            let number = width.pack(values[0], values.get(1).copied().unwrap_or(0));
+            place.copy_from_slice(&number.to_le_bytes());
         }
         let norm = squared_norm(coefficients.iter().copied());
         let start = layout.squared_norms.range().start + index * size_of::<u32>();

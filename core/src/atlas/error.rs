@@ -143,6 +143,8 @@ pub enum Part {
     Footprint,
     /// Eigenspace units per coefficient step.
     Step,
+    /// Error of a view's coefficients.
+    Error,
     /// Limits of the known judgement.
     Limits,
     /// The training settings.
@@ -277,6 +279,7 @@ impl fmt::Display for Part {
             Self::Map => "size of the map",
             Self::Footprint => "footprint of a view",
             Self::Step => "coefficient step",
+            Self::Error => "coefficient error",
             Self::Limits => "limits of known",
             Self::Training => "training settings",
             Self::MeanRow => "mean row",

@@ -27,6 +27,8 @@ pub struct Header {
     pub metric: Metric,
     /// Eigenspace units per step of a coefficient, after whitening.
     pub step: f32,
+    /// Euclidean distance of a view's coefficients from the exact ones, at most, in steps; clamped views excepted.
+    pub error: f32,
     /// What counts as known.
     pub limits: Limits,
     /// Factors of the mean row.
@@ -89,7 +91,7 @@ pub struct Layout {
     pub weights: Blob,
     /// Factors of the basis rows.
     pub rows: Blob,
-    /// i8 weights of the mean row, in the order of [`mean_index`](crate::eigenspace::mean_index).
+    /// i8 weights of the mean row, in picture order, padded to whole groups.
     pub mean_weights: Blob,
     /// Coefficients of the landmarks.
     pub coefficients: Blob,
@@ -119,7 +121,7 @@ impl Layout {
         let (side, k) = (header.view_side, header.dimensions);
         let landmarks = u64::from(header.landmarks);
         let thumbnail = u64::from(header.thumbnail_side) * u64::from(header.thumbnail_side);
-        let row_bytes = (row_len(k, header.width) * header.width.bytes()) as u64;
+        let row_bytes = (row_len(k, header.width) * size_of::<u32>()) as u64;
 
         let mut end = (PREAMBLE_LEN + header_len) as u64;
         let mut next = |len: u64| {

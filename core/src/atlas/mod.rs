@@ -25,7 +25,7 @@ use crate::{
 pub const MAGIC: [u8; 4] = *b"EIGM";
 
 /// The version of the format this code reads and writes.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// Bytes before the header: magic, version, header length, total length, CRC.
 pub const PREAMBLE_LEN: usize = 16;

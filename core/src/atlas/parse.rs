@@ -12,7 +12,7 @@ use crate::{
         Eigenspace, MAX_DIMENSIONS, Normalize, ROWS_PER_BLOCK, padded_pixels, squared_norm,
         weight_count, weight_index,
     },
-    landmark::{LandmarkTable, Table, Width, lattice::candidate_count, row_len},
+    landmark::{LandmarkTable, lattice::candidate_count, row_len},
     preprocess::{MAX_VIEW_SIDE, MIN_VIEW_SIDE},
 };
 
@@ -68,10 +68,9 @@ impl<'a> Atlas<'a> {
             metric: header.metric,
             dimensions: header.dimensions,
             step: header.step,
-            coefficients: match header.width {
-                Width::I16 => Table::I16(cast(coefficients, Part::Coefficients)?),
-                Width::I8 => Table::I8(cast(coefficients, Part::Coefficients)?),
-            },
+            width: header.width,
+            row_len: row_len(header.dimensions, header.width),
+            coefficients: cast(coefficients, Part::Coefficients)?,
             squared_norms: cast(layout.squared_norms.of(bytes), Part::Records)?,
             records: cast(layout.records.of(bytes), Part::Records)?,
         };
@@ -204,6 +203,7 @@ fn check_header(header: &Header) -> Result<(), AtlasError> {
     }
     check_numbers(Part::Footprint, [header.footprint_px], &Sign::Positive)?;
     check_numbers(Part::Step, [header.step], &Sign::Positive)?;
+    check_numbers(Part::Error, [header.error], &Sign::NotNegative)?;
     check_numbers(
         Part::Limits,
         [header.limits.distance, header.limits.from_feature_space],
@@ -246,11 +246,12 @@ fn check_eigenspace(eigenspace: &Eigenspace<'_>) -> Result<(), AtlasError> {
         check_numbers(Part::Rows, [row.offset], &Sign::Any)?;
     }
 
+    let weights = eigenspace.stored_weights();
     let is_balanced = eigenspace.normalize != Normalize::None;
     for row in 0..k {
         let (mut sum, mut magnitude) = (0_i32, 0_u32);
         for pixel in 0..pixels {
-            let weight = eigenspace.weights[weight_index(side, row, pixel)];
+            let weight = weights[weight_index(side, row, pixel)];
             sum += i32::from(weight);
             magnitude += u32::from(weight.unsigned_abs());
         }
@@ -268,7 +269,7 @@ fn check_eigenspace(eigenspace: &Eigenspace<'_>) -> Result<(), AtlasError> {
         }
     }
     let sum = eigenspace
-        .mean_weights
+        .stored_mean_weights()
         .iter()
         .map(|&weight| i32::from(weight))
         .sum();
@@ -277,20 +278,13 @@ fn check_eigenspace(eigenspace: &Eigenspace<'_>) -> Result<(), AtlasError> {
     }
 
     // Rows beyond k and pixels beyond m have weight zero: count what is not, everywhere and where it may be.
-    let stored = eigenspace
-        .weights
-        .iter()
-        .filter(|&&weight| weight != 0)
-        .count();
+    let stored = weights.iter().filter(|&&weight| weight != 0).count();
     let used = (0..k)
         .flat_map(|row| (0..pixels).map(move |pixel| weight_index(side, row, pixel)))
-        .filter(|&index| eigenspace.weights[index] != 0)
+        .filter(|&index| weights[index] != 0)
         .count();
-    debug_assert_eq!(eigenspace.weights.len(), weight_count(side, k as u8));
-    debug_assert_eq!(
-        eigenspace.weights.len() % (ROWS_PER_BLOCK * padded_pixels(side)),
-        0
-    );
+    debug_assert_eq!(weights.len(), weight_count(side, k as u8));
+    debug_assert_eq!(weights.len() % (ROWS_PER_BLOCK * padded_pixels(side)), 0);
     if stored != used {
         return Err(AtlasError::Padding {
             part: Part::Weights,
@@ -335,19 +329,16 @@ fn check_landmarks(table: &LandmarkTable<'_>, candidates: u32) -> Result<(), Atl
         }
     }
 
-    let (k, stride) = (
-        usize::from(table.dimensions),
-        row_len(table.dimensions, table.width()),
-    );
-    let is_padded = match table.coefficients {
-        Table::I16(values) => values
-            .chunks_exact(stride)
-            .all(|row| row[k..].iter().all(|&value| value == 0)),
-        Table::I8(values) => values
-            .chunks_exact(stride)
-            .all(|row| row[k..].iter().all(|&value| value == 0)),
-    };
-    if is_padded {
+    // What follows the last coefficient of a row is zero.
+    let (k, width) = (usize::from(table.dimensions), table.width);
+    let rows_are_padded = table.coefficients.chunks_exact(table.row_len).all(|row| {
+        let row: &[i16] = bytemuck::cast_slice(row);
+        let surplus = k..row.len() * width.per_number();
+        surplus
+            .clone()
+            .all(|index| width.unpack(row, index) == Some(0))
+    });
+    if rows_are_padded {
         Ok(())
     } else {
         Err(AtlasError::Padding {

@@ -85,6 +85,7 @@ impl Sample {
                 normalize: Normalize::None,
                 metric: Metric::Nssd,
                 step: 0.5,
+                error: 1.5,
                 limits: Limits {
                     distance: 0.25,
                     from_feature_space: 1024.0,
@@ -313,6 +314,10 @@ fn numbers_that_make_no_sense_are_reported() {
         number(Part::Step, 0)
     );
     assert_eq!(
+        Sample::error_after(|s| s.header.error = f32::NAN),
+        number(Part::Error, 0)
+    );
+    assert_eq!(
         Sample::error_after(|s| s.header.footprint_px = f32::NAN),
         number(Part::Footprint, 0)
     );
@@ -432,7 +437,7 @@ fn landmarks_that_contradict_the_rest_are_reported() {
     );
 
     let mut bytes = sample.emit();
-    bytes.bytes_mut()[layout.weights.range().start - 1] = 1;
+    bytes.bytes_mut()[layout.mean_weights.range().start - 1] = 1;
     bytes.seal();
     assert_eq!(bytes.error(), AtlasError::Padding { part: Part::Gap });
 }

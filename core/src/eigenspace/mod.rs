@@ -24,18 +24,13 @@ mod project;
 use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 
+use crate::kernel::{Pair, Weights};
+
+pub use crate::kernel::{PIXELS_PER_GROUP, ROWS_PER_BLOCK};
 pub use project::Projection;
 
 /// The largest number of dimensions, k.
 pub const MAX_DIMENSIONS: u8 = 128;
-
-/// Basis rows that are stored, and multiplied, together.
-///
-/// Five accumulators are what the registers of a Cortex-M4 leave room for beside pixels, weights and pointers.
-pub const ROWS_PER_BLOCK: usize = 5;
-
-/// Pixels that are stored, and multiplied, together: one 32-bit load.
-pub const PIXELS_PER_GROUP: usize = 4;
 
 /// Where the weight of pixel p of a group stands within the group; its own inverse.
 const LANE: [usize; PIXELS_PER_GROUP] = [0, 2, 1, 3];
@@ -76,10 +71,13 @@ pub struct MeanRow {
 }
 
 /// k coordinates of a view in an eigenspace, in steps of its landmark table.
+///
+/// Values are stored in pairs; those that do not exist are zero.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Coefficients {
-    values: [i16; MAX_DIMENSIONS as usize],
+    pairs: [Pair; MAX_DIMENSIONS as usize / 2],
     len: u8,
+    squared_norm: u32,
 }
 
 /// The basis of an eigenspace, borrowed from an atlas; valid by construction.
@@ -89,9 +87,9 @@ pub struct Eigenspace<'a> {
     pub(crate) normalize: Normalize,
     pub(crate) limit: i16,
     pub(crate) mean: MeanRow,
-    pub(crate) mean_weights: &'a [i8],
+    pub(crate) mean_weights: &'a [Weights],
     pub(crate) rows: &'a [Row],
-    pub(crate) weights: &'a [i16],
+    pub(crate) weights: &'a [Pair],
 }
 
 impl Coefficients {
@@ -99,21 +97,40 @@ impl Coefficients {
     #[must_use]
     pub fn zeros(k: u8) -> Self {
         Self {
-            values: [0; MAX_DIMENSIONS as usize],
+            pairs: [Pair([0; 2]); MAX_DIMENSIONS as usize / 2],
             len: k.min(MAX_DIMENSIONS),
+            squared_norm: 0,
         }
+    }
+
+    /// Coefficients with some values; `None` when there are more than [`MAX_DIMENSIONS`].
+    #[must_use]
+    pub fn from_values(values: &[i16]) -> Option<Self> {
+        let len = u8::try_from(values.len()).ok()?;
+        if len > MAX_DIMENSIONS {
+            return None;
+        }
+        let mut coefficients = Self::zeros(len);
+        bytemuck::cast_slice_mut(&mut coefficients.pairs)[..values.len()].copy_from_slice(values);
+        coefficients.squared_norm = squared_norm(values.iter().copied());
+        Some(coefficients)
     }
 
     /// The k values.
     #[must_use]
     pub fn values(&self) -> &[i16] {
-        &self.values[..usize::from(self.len)]
+        &bytemuck::cast_slice(&self.pairs)[..usize::from(self.len)]
+    }
+
+    /// The first `len` pairs of values and the zeros after them; no more than [`MAX_DIMENSIONS`] values.
+    pub(crate) fn pairs(&self, len: usize) -> &[Pair] {
+        &self.pairs[..len.min(self.pairs.len())]
     }
 
     /// ‖g‖² in squared steps: below 2²⁹ for values within [`coefficient_limit`].
     #[must_use]
     pub fn squared_norm(&self) -> u32 {
-        squared_norm(self.values().iter().copied())
+        self.squared_norm
     }
 }
 
@@ -151,19 +168,19 @@ impl<'a> Eigenspace<'a> {
     /// All weights as stored, see [`weight_index`].
     #[must_use]
     pub fn stored_weights(&self) -> &'a [i16] {
-        self.weights
+        bytemuck::cast_slice(self.weights)
     }
 
-    /// The weights of the mean row as stored, see [`mean_index`].
+    /// The weights of the mean row as stored: in picture order, padded with zeros to whole groups.
     #[must_use]
     pub fn stored_mean_weights(&self) -> &'a [i8] {
-        self.mean_weights
+        bytemuck::cast_slice(self.mean_weights)
     }
 
     /// The integer weight of `pixel` in basis row `row`, as stored; zero outside the basis.
     #[must_use]
     pub fn weight(&self, row: usize, pixel: usize) -> i16 {
-        self.weights
+        self.stored_weights()
             .get(weight_index(self.side, row, pixel))
             .copied()
             .unwrap_or(0)
@@ -195,12 +212,6 @@ pub fn weight_count(side: u8, dimensions: u8) -> usize {
 #[must_use]
 pub fn padded_pixels(side: u8) -> usize {
     groups(side) * PIXELS_PER_GROUP
-}
-
-/// Where the mean row's weight of `pixel` is stored.
-#[must_use]
-pub fn mean_index(pixel: usize) -> usize {
-    pixel / PIXELS_PER_GROUP * PIXELS_PER_GROUP + LANE[pixel % PIXELS_PER_GROUP]
 }
 
 /// The largest magnitude of an i16 coefficient for which squared distances of k of them stay below 2³¹:

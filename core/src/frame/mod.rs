@@ -119,6 +119,12 @@ impl<'a> Frame<'a> {
         self.width.min(self.height)
     }
 
+    /// Bytes from row to row.
+    #[must_use]
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
     /// Row `y` of the largest centred square, `square_side()` pixels. An odd margin is split with the larger half
     /// right and below.
     ///
@@ -126,12 +132,26 @@ impl<'a> Frame<'a> {
     /// When `y` is not below [`square_side`](Self::square_side).
     #[must_use]
     pub fn square_row(&self, y: u16) -> &'a [u8] {
+        let start = self.square_start(y);
+        &self.pixels[start..start + usize::from(self.square_side())]
+    }
+
+    /// Everything from row `y` of the square on; rows are [`stride`](Self::stride) bytes apart.
+    ///
+    /// # Panics
+    /// When `y` is not below [`square_side`](Self::square_side).
+    #[must_use]
+    pub fn square_from(&self, y: u16) -> &'a [u8] {
+        &self.pixels[self.square_start(y)..]
+    }
+
+    /// Where row `y` of the square starts.
+    fn square_start(&self, y: u16) -> usize {
         let side = self.square_side();
         assert!(y < side, "row {y} of a square of {side} rows");
         let top = usize::from((self.height - side) / 2);
         let left = usize::from((self.width - side) / 2);
-        let start = (top + usize::from(y)) * self.stride + left;
-        &self.pixels[start..start + usize::from(side)]
+        (top + usize::from(y)) * self.stride + left
     }
 }
 

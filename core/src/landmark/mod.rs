@@ -12,6 +12,8 @@ use serde::{Deserialize, Serialize};
 pub use lattice::{Lattice, Lattices, Point};
 pub use nearest::{Match, Nearest};
 
+use crate::kernel::{Kernel, Pair};
+
 /// How dissimilar two points of the eigenspace are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -20,6 +22,8 @@ pub enum Metric {
     Nssd,
     /// Euclidean distance ‖a − b‖, in eigenspace units.
     Euclid,
+    /// Angle between a and b, in radians, in 0..=π. The angle with a zero vector is π/2.
+    Cosine,
 }
 
 /// What an atlas stores per landmark beside its coefficients.
@@ -31,15 +35,6 @@ pub struct Record {
     /// A fix closer than this is guaranteed: at most ε_i of report (2.38), reconstructed, narrowed by the quantization
     /// error and by wrong fixes met in training; in the metric's unit.
     pub radius: f32,
-}
-
-/// The stored coefficients of all landmarks, l rows of [`row_len`] numbers.
-#[derive(Clone, Copy, Debug)]
-pub enum Table<'a> {
-    /// 16-bit coefficients.
-    I16(&'a [i16]),
-    /// 8-bit coefficients.
-    I8(&'a [i8]),
 }
 
 /// Width of a stored coefficient.
@@ -57,21 +52,15 @@ pub struct LandmarkTable<'a> {
     pub(crate) metric: Metric,
     pub(crate) dimensions: u8,
     pub(crate) step: f32,
-    pub(crate) coefficients: Table<'a>,
+    pub(crate) width: Width,
+    /// Words per row.
+    pub(crate) row_len: usize,
+    pub(crate) coefficients: &'a [Pair],
     pub(crate) squared_norms: &'a [u32],
     pub(crate) records: &'a [Record],
 }
 
 impl Width {
-    /// Bytes per coefficient.
-    #[must_use]
-    pub fn bytes(self) -> usize {
-        match self {
-            Self::I16 => 2,
-            Self::I8 => 1,
-        }
-    }
-
     /// The largest magnitude of a coefficient of this width in k dimensions.
     #[must_use]
     pub fn limit(self, dimensions: u8) -> i16 {
@@ -80,12 +69,50 @@ impl Width {
             Self::I8 => crate::eigenspace::coefficient_limit(dimensions).min(127),
         }
     }
+
+    /// How a row's number that stores the coefficients `a` (and, of this width, `b` after it) reads.
+    ///
+    /// A pair of 8-bit coefficients is one 16-bit number, 256·b + a: the board multiplies with both at once.
+    #[must_use]
+    pub fn pack(self, a: i16, b: i16) -> i16 {
+        match self {
+            Self::I16 => a,
+            Self::I8 => b.wrapping_mul(256).wrapping_add(a),
+        }
+    }
+
+    /// The kernel that reads rows of this width.
+    fn kernel(self) -> Kernel {
+        match self {
+            Self::I16 => Kernel::I16,
+            Self::I8 => Kernel::I8,
+        }
+    }
+
+    /// Coefficients per stored number.
+    #[must_use]
+    pub fn per_number(self) -> usize {
+        match self {
+            Self::I16 => 1,
+            Self::I8 => 2,
+        }
+    }
+
+    /// The coefficient `index` of a row.
+    pub(crate) fn unpack(self, row: &[i16], index: usize) -> Option<i16> {
+        let number = *row.get(index / self.per_number())?;
+        Some(match (self, index % 2) {
+            (Self::I16, _) => number,
+            (Self::I8, 0) => i16::from(number as i8),
+            (Self::I8, _) => number.wrapping_sub(i16::from(number as i8)) >> 8,
+        })
+    }
 }
 
-/// Numbers per stored row: k rounded up so that every row starts on a 32-bit word; the surplus is zero.
+/// Words (of 32 bits) per stored row: k coefficients and zeros up to the end of the last word.
 #[must_use]
 pub fn row_len(dimensions: u8, width: Width) -> usize {
-    usize::from(dimensions).next_multiple_of(4 / width.bytes())
+    usize::from(dimensions).div_ceil(2 * width.per_number())
 }
 
 impl<'a> LandmarkTable<'a> {
@@ -111,10 +138,7 @@ impl<'a> LandmarkTable<'a> {
     /// Width of the stored coefficients.
     #[must_use]
     pub fn width(&self) -> Width {
-        match self.coefficients {
-            Table::I16(_) => Width::I16,
-            Table::I8(_) => Width::I8,
-        }
+        self.width
     }
 
     /// Candidate numbers and radii, best landmark first.
@@ -127,12 +151,8 @@ impl<'a> LandmarkTable<'a> {
     #[must_use]
     pub fn prefix(&self, count: usize) -> Self {
         let count = count.clamp(1, self.len());
-        let len = count * row_len(self.dimensions, self.width());
         Self {
-            coefficients: match self.coefficients {
-                Table::I16(values) => Table::I16(&values[..len]),
-                Table::I8(values) => Table::I8(&values[..len]),
-            },
+            coefficients: &self.coefficients[..count * self.row_len],
             squared_norms: &self.squared_norms[..count],
             records: &self.records[..count],
             ..*self
@@ -141,14 +161,39 @@ impl<'a> LandmarkTable<'a> {
 
     /// The stored coefficients of landmark `index` (0-based), k of them; nothing past the end of the table.
     pub fn coefficients(&self, index: usize) -> impl Iterator<Item = i16> + use<'a> {
-        let (k, stride) = (
-            usize::from(self.dimensions),
-            row_len(self.dimensions, self.width()),
-        );
-        let table = self.coefficients;
-        (index * stride..index * stride + k).map_while(move |i| match table {
-            Table::I16(values) => values.get(i).copied(),
-            Table::I8(values) => values.get(i).map(|&value| i16::from(value)),
+        let len = self.row_len;
+        let row = self.coefficients.chunks_exact(len).nth(index);
+        let (k, width) = (usize::from(self.dimensions), self.width);
+        row.into_iter().flat_map(move |row| {
+            (0..k).map_while(move |index| width.unpack(bytemuck::cast_slice(row), index))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_of_8_bit_coefficients_come_back() {
+        for a in -127..=127 {
+            for b in -127..=127 {
+                let row = [Width::I8.pack(a, b)];
+                assert_eq!(Width::I8.unpack(&row, 0), Some(a));
+                assert_eq!(Width::I8.unpack(&row, 1), Some(b));
+            }
+        }
+    }
+
+    #[test]
+    fn rows_are_whole_words() {
+        assert_eq!(
+            [1, 2, 15, 16, 17].map(|k| row_len(k, Width::I16)),
+            [1, 1, 8, 8, 9]
+        );
+        assert_eq!(
+            [1, 4, 15, 16, 17].map(|k| row_len(k, Width::I8)),
+            [1, 1, 4, 4, 5]
+        );
     }
 }

@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     atlas::Atlas,
-    landmark::{Point, lattice::place},
+    eigenspace::Coefficients,
+    landmark::{Metric, Point, lattice::place},
+    math::sqrt,
     preprocess::View,
 };
 
@@ -37,16 +39,18 @@ pub struct Fix {
 }
 
 impl Fix {
-    /// Finds a view in an atlas. `None` when the view has nothing to go by, as in
+    /// Finds a view in an atlas, with room for its k coefficients. `None` when the view has nothing to go by, as in
     /// [`Localizer::locate`](super::Localizer::locate), or its side is not the atlas's.
     #[must_use]
-    pub fn of_view(atlas: &Atlas<'_>, view: &View) -> Option<Self> {
-        let projection = atlas.eigenspace().project(view)?;
-        let nearest = atlas.landmarks().nearest(&projection.coefficients)?;
-        let record = atlas
-            .landmarks()
-            .records()
-            .get(nearest.first.landmark as usize)?;
+    pub(super) fn new(
+        atlas: &Atlas<'_>,
+        view: &View,
+        coefficients: &mut Coefficients,
+    ) -> Option<Self> {
+        let projection = atlas.eigenspace().project(view, coefficients)?;
+        let landmarks = atlas.landmarks();
+        let nearest = landmarks.nearest(coefficients, landmarks.everywhere())?;
+        let record = landmarks.records().get(nearest.first.landmark as usize)?;
         let place = place(atlas.lattices(), record.view)?;
 
         let distance = nearest.first.distance;
@@ -55,6 +59,14 @@ impl Fix {
             (second / distance).clamp(1.0, f32::MAX)
         } else {
             f32::MAX
+        };
+        // What rounding may have turned the view by: the radii of other metrics already allow for it.
+        let turn = match landmarks.metric() {
+            Metric::Nssd | Metric::Euclid => 0.0,
+            Metric::Cosine => {
+                let norm = sqrt(coefficients.squared_norm().max(1) as f32);
+                core::f32::consts::FRAC_PI_2 * atlas.header().error / norm
+            }
         };
         let limits = atlas.limits();
         let is_near = distance <= limits.distance;
@@ -68,7 +80,7 @@ impl Fix {
             second,
             margin,
             from_feature_space: projection.from_feature_space,
-            guaranteed: !projection.clamped && distance < record.radius,
+            guaranteed: !projection.clamped && distance + turn < record.radius,
             known: !projection.clamped && is_near && is_expressed,
         })
     }

@@ -5,6 +5,7 @@ mod fix;
 
 use crate::{
     atlas::Atlas,
+    eigenspace::Coefficients,
     frame::Frame,
     preprocess::{View, reduce},
 };
@@ -12,7 +13,7 @@ use crate::{
 pub use digest::{digest, reduction_matches_reference};
 pub use fix::Fix;
 
-/// Finds frames in an atlas. Holds one view as scratch and nothing else; every frame is answered on its own.
+/// Finds frames in an atlas. Holds one view and its coefficients as scratch, and nothing else; every frame is answered on its own.
 ///
 /// # Examples
 /// ```no_run
@@ -28,6 +29,7 @@ pub use fix::Fix;
 pub struct Localizer<'a> {
     atlas: Atlas<'a>,
     view: View,
+    coefficients: Coefficients,
 }
 
 const _: () = assert!(size_of::<Localizer<'_>>() <= 4096);
@@ -37,7 +39,12 @@ impl<'a> Localizer<'a> {
     #[must_use]
     pub fn new(atlas: Atlas<'a>) -> Self {
         let view = View::black(atlas.eigenspace().side());
-        Self { atlas, view }
+        let coefficients = Coefficients::zeros(atlas.eigenspace().dimensions());
+        Self {
+            atlas,
+            view,
+            coefficients,
+        }
     }
 
     /// The atlas it was made with.
@@ -51,6 +58,12 @@ impl<'a> Localizer<'a> {
     #[must_use]
     pub fn locate(&mut self, frame: &Frame<'_>) -> Option<Fix> {
         reduce(frame, &mut self.view);
-        Fix::of_view(&self.atlas, &self.view)
+        Fix::new(&self.atlas, &self.view, &mut self.coefficients)
+    }
+
+    /// Where a view was taken that is already reduced; `None` also when its side is not the atlas's.
+    #[must_use]
+    pub fn locate_view(&mut self, view: &View) -> Option<Fix> {
+        Fix::new(&self.atlas, view, &mut self.coefficients)
     }
 }

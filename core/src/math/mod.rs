@@ -9,9 +9,14 @@ pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
+/// The angle of the vector (`along`, `across`) with the first axis, in radians in 0..=π for `across` ≥ 0.
+#[must_use]
+pub fn angle(across: f32, along: f32) -> f32 {
+    libm::atan2f(across, along)
+}
+
 /// The whole number nearest to `x` (halves away from zero), clamped to `-limit..=limit`, and whether it was clamped.
-///
-/// NaN counts as clamped and gives 0.
+/// NaN gives 0.
 ///
 /// ```
 /// use eigenmark_core::math::round_clamped;
@@ -19,11 +24,12 @@ pub fn sqrt(x: f32) -> f32 {
 /// assert_eq!(round_clamped(123.4, 100), (100, true));
 /// ```
 #[must_use]
+#[inline]
 pub fn round_clamped(x: f32, limit: i16) -> (i16, bool) {
     // `as` truncates towards zero, saturates, and maps NaN to 0.
-    let whole = (if x < 0.0 { x - 0.5 } else { x + 0.5 }) as i32;
+    let whole = (x + 0.5_f32.copysign(x)) as i32;
     let clamped = whole.clamp(-i32::from(limit), i32::from(limit));
-    (clamped as i16, clamped != whole || x.is_nan())
+    (clamped as i16, clamped != whole)
 }
 
 #[cfg(test)]
@@ -42,7 +48,7 @@ mod tests {
         assert_eq!(round_clamped(9.4, 9), (9, false));
         assert_eq!(round_clamped(9.5, 9), (9, true));
         assert_eq!(round_clamped(f32::NEG_INFINITY, 9), (-9, true));
-        assert_eq!(round_clamped(f32::NAN, 9), (0, true));
+        assert_eq!(round_clamped(f32::NAN, 9), (0, false));
     }
 
     #[test]

@@ -7,6 +7,8 @@
 mod reduce;
 mod reference;
 
+use crate::kernel::{self, PIXELS_PER_GROUP, Pixels};
+
 pub use reduce::reduce;
 pub use reference::reduce as reduce_reference;
 
@@ -21,17 +23,16 @@ pub const MAX_PIXELS: usize = MAX_VIEW_SIDE as usize * MAX_VIEW_SIDE as usize;
 
 /// v×v preprocessed pixels, row-major, with their sums.
 ///
-/// Words of four pixels can be loaded from [`padded`](Self::padded): storage is aligned to them and ends in zeros.
+/// Pixels are stored in groups of four, of which the last ends in zeros.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[repr(C, align(4))]
 pub struct View {
-    pixels: [u8; MAX_PIXELS],
+    groups: [Pixels; MAX_PIXELS / PIXELS_PER_GROUP],
     side: u8,
     sum: u32,
     sum_of_squares: u32,
 }
 
-const _: () = assert!(MAX_PIXELS.is_multiple_of(4));
+const _: () = assert!(MAX_PIXELS.is_multiple_of(PIXELS_PER_GROUP));
 const _: () = assert!(size_of::<View>() <= 2560);
 // Σy² of a full view of white pixels fits.
 const _: () = assert!(MAX_PIXELS as u64 * 255 * 255 < 1 << 32);
@@ -48,7 +49,7 @@ impl View {
             side
         };
         Self {
-            pixels: [0; MAX_PIXELS],
+            groups: [Pixels([0; PIXELS_PER_GROUP]); MAX_PIXELS / PIXELS_PER_GROUP],
             side,
             sum: 0,
             sum_of_squares: 0,
@@ -77,13 +78,13 @@ impl View {
     /// The m = v² pixels, row-major.
     #[must_use]
     pub fn pixels(&self) -> &[u8] {
-        &self.pixels[..self.len()]
+        &bytemuck::cast_slice(&self.groups)[..self.len()]
     }
 
-    /// The pixels, followed by zeros up to a multiple of four.
+    /// The pixels in groups of four; those that do not exist are zero.
     #[must_use]
-    pub fn padded(&self) -> &[u8] {
-        &self.pixels[..self.len().next_multiple_of(4)]
+    pub fn groups(&self) -> &[Pixels] {
+        &self.groups[..self.len().div_ceil(PIXELS_PER_GROUP)]
     }
 
     /// Σy over the pixels.
@@ -108,14 +109,8 @@ impl View {
     /// Lets `write` set the pixels, then brings the sums up to date.
     fn fill(&mut self, write: impl FnOnce(&mut [u8])) {
         let len = self.len();
-        write(&mut self.pixels[..len]);
-        let (mut sum, mut squares) = (0, 0);
-        for &pixel in &self.pixels[..len] {
-            sum += u32::from(pixel);
-            squares += u32::from(pixel) * u32::from(pixel);
-        }
-        self.sum = sum;
-        self.sum_of_squares = squares;
+        write(&mut bytemuck::cast_slice_mut(&mut self.groups)[..len]);
+        (self.sum, self.sum_of_squares) = kernel::statistics(self.groups());
     }
 
     fn len(&self) -> usize {
@@ -135,14 +130,14 @@ mod tests {
             (2, 10, 30)
         );
         assert_eq!(view.scaled_variance(), 4 * 30 - 100);
-        assert_eq!(view.padded(), [1, 2, 3, 4]);
+        assert_eq!(view.groups(), [Pixels([1, 2, 3, 4])]);
     }
 
     #[test]
     fn odd_views_are_padded_with_zeros() {
         let view = View::from_pixels(&[255; 25]).expect("5×5");
-        assert_eq!(view.padded().len(), 28);
-        assert_eq!(view.padded()[25..], [0, 0, 0]);
+        assert_eq!(view.groups().len(), 7);
+        assert_eq!(view.groups()[6], Pixels([255, 0, 0, 0]));
     }
 
     #[test]

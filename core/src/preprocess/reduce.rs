@@ -5,14 +5,15 @@
 //! to q². The mean is rounded half up. Nothing is approximated for ratios that are not whole.
 //!
 //! When q is a multiple of v, every view pixel is the plain mean of a block of whole pixels: the same number, by
-//! additions only.
+//! additions only. A ratio of six, which makes 20×20 pixels of a 160×120 frame, has a kernel of its own.
 //!
-//! **Cost.** One addition per source pixel for whole ratios, else a multiply-add and a branch; v sums on the stack.
+//! **Cost.** An addition per source pixel; v sums on the stack. Fractional ratios add rows at the border of two view
+//! rows twice.
 //!
 //! **Limits.** Sums stay below 255.5·q² < 2³² for q ≤ [`MAX_SIDE`](crate::frame::MAX_SIDE).
 
 use super::{MAX_VIEW_SIDE, View};
-use crate::frame::Frame;
+use crate::{frame::Frame, kernel};
 
 /// Reduces the frame's centred square to the pixels of `view`, whose side is kept.
 ///
@@ -27,72 +28,79 @@ use crate::frame::Frame;
 /// # Ok::<(), eigenmark_core::frame::FrameError>(())
 /// ```
 pub fn reduce(frame: &Frame<'_>, view: &mut View) {
-    let q = u32::from(frame.square_side());
-    let v = u32::from(view.side());
-    if q.is_multiple_of(v) {
-        return reduce_blocks(frame, view);
-    }
+    let (q, v) = (usize::from(frame.square_side()), usize::from(view.side()));
     view.fill(|pixels| {
-        let mut sums = [0_u32; MAX_VIEW_SIDE as usize];
-        let mut rows = pixels.chunks_exact_mut(v as usize);
-        let mut filled = 0; // units of the current view row already covered
-        for y in 0..q {
-            let source = frame.square_row(y as u16);
-            let mut left = v; // units of this source row not yet used
-            while left > 0 {
-                let used = left.min(q - filled);
-                add_row(source, q, v, used, &mut sums);
-                left -= used;
-                filled += used;
-                if filled == q {
-                    if let Some(row) = rows.next() {
-                        emit_row(&mut sums, q, row);
-                    }
-                    filled = 0;
-                }
+        let rows = pixels.chunks_exact_mut(v).zip(0..);
+        if q == kernel::SIX * v {
+            for (row, index) in rows {
+                let source = frame.square_from(index * kernel::SIX as u16);
+                kernel::reduce_sixfold(source, frame.stride(), row);
             }
+        } else if q.is_multiple_of(v) {
+            for (row, index) in rows {
+                reduce_blocks(frame, index, row);
+            }
+        } else {
+            reduce_fractions(frame, pixels, q as u32, v as u32);
         }
     });
 }
 
-/// Whole ratios: view pixels are means of blocks.
-fn reduce_blocks(frame: &Frame<'_>, view: &mut View) {
-    let v = usize::from(view.side());
-    let block = usize::from(frame.square_side()) / v;
+/// Whole ratios: one row of view pixels that are means of blocks.
+fn reduce_blocks(frame: &Frame<'_>, index: u16, row: &mut [u8]) {
+    let block = usize::from(frame.square_side()) / row.len();
     let area = (block * block) as u32;
-    view.fill(|pixels| {
-        for (row, pixels) in (0..).zip(pixels.chunks_exact_mut(v)) {
-            let mut sums = [0_u32; MAX_VIEW_SIDE as usize];
-            for y in row * block..(row + 1) * block {
-                let source = frame.square_row(y as u16);
-                for (sum, run) in sums.iter_mut().zip(source.chunks_exact(block)) {
-                    *sum += run.iter().map(|&pixel| u32::from(pixel)).sum::<u32>();
+    let mut sums = [0_u32; MAX_VIEW_SIDE as usize];
+    for y in 0..block as u16 {
+        let source = frame.square_row(index * block as u16 + y);
+        for (sum, run) in sums.iter_mut().zip(source.chunks_exact(block)) {
+            *sum += kernel::sum(run);
+        }
+    }
+    for (pixel, sum) in row.iter_mut().zip(sums) {
+        *pixel = ((sum + area / 2) / area) as u8;
+    }
+}
+
+/// Any ratio.
+fn reduce_fractions(frame: &Frame<'_>, pixels: &mut [u8], q: u32, v: u32) {
+    let mut sums = [0_u32; MAX_VIEW_SIDE as usize];
+    let mut rows = pixels.chunks_exact_mut(v as usize);
+    let mut filled = 0; // units of the current view row already covered
+    for y in 0..q {
+        let source = frame.square_row(y as u16);
+        let mut left = v; // units of this source row not yet used
+        while left > 0 {
+            let used = left.min(q - filled);
+            add_row(source, q, v, used, &mut sums);
+            left -= used;
+            filled += used;
+            if filled == q {
+                if let Some(row) = rows.next() {
+                    emit_row(&mut sums, q, row);
                 }
-            }
-            for (pixel, sum) in pixels.iter_mut().zip(sums) {
-                *pixel = ((sum + area / 2) / area) as u8;
+                filled = 0;
             }
         }
-    });
+    }
 }
 
 /// Adds `weight` times the horizontally averaged source row to the sums of the view's columns.
+///
+/// A column takes what is left of the pixel that it begins in, whole pixels, and part of the one that it ends in.
 fn add_row(source: &[u8], q: u32, v: u32, weight: u32, sums: &mut [u32]) {
-    let mut pixels = source.iter();
-    let mut pixel = 0;
-    let mut left = 0; // units of the current source pixel not yet used
+    let mut rest = source;
+    let (mut pixel, mut left) = (0, 0); // the pixel that the column begins in, and its units not yet used
     for sum in &mut sums[..v as usize] {
-        let mut needed = q;
-        let mut row_sum = 0;
-        while needed > 0 {
-            if left == 0 {
-                pixel = pixels.next().map_or(0, |&p| u32::from(p));
-                left = v;
-            }
-            let used = left.min(needed);
-            row_sum += used * pixel;
-            needed -= used;
-            left -= used;
+        let used = left.min(q);
+        let needed = q - used;
+        let (run, after) = rest.split_at((needed / v) as usize);
+        let mut row_sum = used * pixel + v * kernel::sum(run);
+        (left, rest) = (left - used, after);
+        let part = needed % v;
+        if let (1.., Some((&next, after))) = (part, after.split_first()) {
+            row_sum += part * u32::from(next);
+            (pixel, left, rest) = (u32::from(next), v - part, after);
         }
         *sum += weight * row_sum;
     }

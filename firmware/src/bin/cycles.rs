@@ -12,6 +12,7 @@ use core::hint::black_box;
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use eigenmark_core::{
     atlas::Atlas,
+    eigenspace::Coefficients,
     frame::Frame,
     localizer::Localizer,
     preprocess::{View, reduce},
@@ -41,25 +42,27 @@ fn main() -> ! {
     let (side, k) = (atlas.eigenspace().side(), atlas.eigenspace().dimensions());
 
     let mut view = View::black(side);
+    let mut coefficients = Coefficients::zeros(k);
     meter.measure(format_args!("reduce_160x120_{side}"), 20, || {
         reduce(black_box(&frame), black_box(&mut view));
     });
     meter.measure(format_args!("project_{side}x{side}_{k}"), 50, || {
-        black_box(atlas.eigenspace().project(black_box(&view)));
+        black_box(
+            atlas
+                .eigenspace()
+                .project(black_box(&view), &mut coefficients),
+        );
     });
-    let Some(projection) = atlas.eigenspace().project(&view) else {
-        fail()
-    };
     for count in [8, atlas.landmarks().len()] {
         let table = atlas.landmarks().prefix(count);
         meter.measure(format_args!("match_{}_{k}", table.len()), 50, || {
-            black_box(table.nearest(black_box(&projection.coefficients)));
+            black_box(table.nearest(black_box(&coefficients), table.everywhere()));
         });
     }
     if let Ok(dense) = Atlas::parse(atlas_region::bytes(Slot::B)) {
         let table = dense.landmarks().prefix(1024);
         meter.measure(format_args!("match_{}_{k}", table.len()), 10, || {
-            black_box(table.nearest(black_box(&projection.coefficients)));
+            black_box(table.nearest(black_box(&coefficients), table.everywhere()));
         });
     }
     let landmarks = atlas.landmarks().len();

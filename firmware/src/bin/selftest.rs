@@ -5,6 +5,7 @@
 
 use eigenmark_core::{
     atlas::{Atlas, AtlasError},
+    kernel,
     localizer::{Localizer, digest, reduction_matches_reference},
 };
 use eigenmark_firmware::{
@@ -14,6 +15,9 @@ use eigenmark_firmware::{
 
 /// Budget of the stack, in bytes; the digest's frame of 19,200 bytes lies on it besides.
 const STACK_BYTES: usize = 8 * 1024 + 160 * 120;
+
+/// Pseudo-random cases in which the fast kernels are compared with the portable ones.
+const TWIN_CASES: u32 = 2000;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -46,6 +50,11 @@ fn main() -> ! {
     let digest = digest(&atlas);
     let stack = stack::high_water_mark();
     check("the stack stays within its budget", stack <= STACK_BYTES);
+    if let Err(kernel) = kernel::compare(1, TWIN_CASES) {
+        defmt::error!("the twins of a kernel disagree: {}", kernel);
+        fail()
+    }
+    defmt::info!("kernels match their twins in {} cases: ok", TWIN_CASES);
     defmt::println!(
         "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{}}}",
         atlas.crc(),

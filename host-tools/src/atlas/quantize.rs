@@ -11,7 +11,9 @@
 
 use eigenmark_core::{
     atlas::{AtlasError, Contents, Header, Limits, Training},
-    eigenspace::{MeanRow, Normalize, Row, mean_index, padded_pixels, weight_count, weight_index},
+    eigenspace::{
+        Coefficients, MeanRow, Normalize, Row, padded_pixels, weight_count, weight_index,
+    },
     landmark::{Metric, Record, Width},
 };
 
@@ -150,6 +152,7 @@ impl Folded {
             normalize: self.normalize,
             metric: self.metric,
             step: self.step as f32,
+            error: ((self.error / self.step) as f32).next_up(),
             limits: unlimited,
             mean: self.mean,
             footprint_px: grid.window_px() as f32,
@@ -163,16 +166,13 @@ impl Folded {
         let probe = AtlasBuffer::emit(&self.contents(&header, &zeros, &records[..1]))?;
         let atlas = probe.atlas();
         let mut coefficients = Vec::with_capacity(landmarks.len() * zeros.len());
+        let mut projected = Coefficients::zeros(self.dimensions);
         for &view in landmarks {
-            let projection = atlas
-                .eigenspace()
-                .project(&views.reduced[view as usize - 1]);
+            let view = &views.reduced[view as usize - 1];
             // Flat views were refused when the views were cut.
-            coefficients.extend_from_slice(
-                projection
-                    .as_ref()
-                    .map_or(&zeros, |p| p.coefficients.values()),
-            );
+            let projection = atlas.eigenspace().project(view, &mut projected);
+            debug_assert!(projection.is_some());
+            coefficients.extend_from_slice(projected.values());
         }
         header.landmarks = landmarks.len() as u32;
         AtlasBuffer::emit(&self.contents(&header, &coefficients, &records))
@@ -291,7 +291,7 @@ fn mean_row(mean: &[f64], side: u8, normalize: Normalize) -> (MeanRow, Vec<i8>) 
     let rounded = Rounded::to_i8(&around, is_balanced);
     let mut weights = vec![0; padded_pixels(side)];
     for (&weight, pixel) in rounded.weights.iter().zip(0..) {
-        weights[mean_index(pixel)] = weight as i8;
+        weights[pixel] = weight as i8;
     }
     let energy = mean.iter().map(|level| level * level).sum::<f64>() as f32;
     (

@@ -7,6 +7,11 @@
 //! On board, both the view and the landmark carry a quantization error of at most η. The radius is narrowed by what
 //! that can change: 2η for the Euclidean distance; for √nSSD at most 2δ/(‖z‖ − δ) with z = (g_i, g), ‖z‖ ≥ ‖g_i‖,
 //! δ = √2·η, because √nSSD = ‖L·z‖/(√2·‖z‖) with ‖L‖ = √2 and √nSSD ≤ 1.
+//!
+//! For angles, a vector wrong by η turns by at most asin(η/‖g‖) ≤ (π/2)·η/‖g‖. The landmark's turn narrows the radius
+//! here; the view's depends on the view, so the board takes it off ([`Header::error`](eigenmark_core::atlas::Header)).
+
+use std::f64::consts::FRAC_PI_2;
 
 use eigenmark_core::landmark::Metric;
 use rayon::prelude::*;
@@ -45,6 +50,8 @@ pub fn radii(
 fn narrowed(metric: Metric, radius: f64, norm: f64, error: f64) -> f32 {
     let loss = match metric {
         Metric::Euclid => 2.0 * error,
+        Metric::Cosine if norm > error => FRAC_PI_2 * error / norm,
+        Metric::Cosine => f64::INFINITY,
         Metric::Nssd => {
             let error = std::f64::consts::SQRT_2 * error;
             if norm > error {
@@ -60,7 +67,7 @@ fn narrowed(metric: Metric, radius: f64, norm: f64, error: f64) -> f32 {
         0.0
     };
     let narrowed = match metric {
-        Metric::Euclid => narrowed,
+        Metric::Euclid | Metric::Cosine => narrowed,
         Metric::Nssd => narrowed * narrowed,
     };
     (narrowed.min(f64::from(f32::MAX)) * FLOAT_MARGIN) as f32

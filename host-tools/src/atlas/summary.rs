@@ -145,6 +145,7 @@ impl Summary {
                 metric: match header.metric {
                     Metric::Nssd => "nssd",
                     Metric::Euclid => "euclid",
+                    Metric::Cosine => "cosine",
                 },
                 coefficients: match header.width {
                     Width::I16 => "i16",

@@ -33,6 +33,8 @@ pub enum MetricChoice {
     Nssd,
     /// Euclidean distance
     Euclid,
+    /// Angle between coefficient vectors: gain and offset of brightness drop out
+    Cosine,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -75,6 +77,7 @@ impl From<MetricChoice> for landmark::Metric {
         match choice {
             MetricChoice::Nssd => Self::Nssd,
             MetricChoice::Euclid => Self::Euclid,
+            MetricChoice::Cosine => Self::Cosine,
         }
     }
 }

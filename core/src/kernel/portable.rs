@@ -1,0 +1,203 @@
+//! The kernels as their definitions say them.
+
+use super::{
+    BATCH, Greatest, Kernel, PAIRS_PER_GROUP, Pair, Pixels, ROWS_PER_BLOCK, Ranked, SIX, Weights,
+};
+
+/// Σ of some pixels.
+#[inline]
+pub fn sum(pixels: &[u8]) -> u32 {
+    pixels.iter().map(|&y| u32::from(y)).sum()
+}
+
+/// Means of 6×6 blocks, rounded half up: one row of `view`, from rows of `stride` bytes.
+///
+/// Blocks that `source` does not hold entirely are left out.
+#[inline]
+pub fn reduce_sixfold(source: &[u8], stride: usize, view: &mut [u8]) {
+    for (block, pixel) in view.iter_mut().enumerate() {
+        let rows = (0..SIX).map_while(|row| source.get(row * stride + block * SIX..)?.get(..SIX));
+        if rows.clone().count() == SIX {
+            *pixel = ((rows.map(sum).sum::<u32>() + 18) / 36) as u8;
+        }
+    }
+}
+
+/// Dot products of the pixels with the [`ROWS_PER_BLOCK`] rows of one block of weights.
+#[inline]
+pub fn block_dots(pixels: &[Pixels], weights: &[Pair]) -> [i32; ROWS_PER_BLOCK] {
+    let mut dots = [0_i32; ROWS_PER_BLOCK];
+    for (Pixels([y0, y1, y2, y3]), weights) in
+        pixels.iter().zip(weights.chunks_exact(PAIRS_PER_GROUP))
+    {
+        let y = [y0, y2, y1, y3].map(|&y| i32::from(y));
+        for (dot, weights) in dots.iter_mut().zip(weights.chunks_exact(2)) {
+            let weights = weights.iter().flat_map(|&Pair(pair)| pair);
+            let products = weights.zip(y).map(|(w, y)| i32::from(w) * y);
+            *dot = products.fold(*dot, i32::wrapping_add);
+        }
+    }
+    dots
+}
+
+/// Dot product of the pixels with one row of 8-bit weights.
+#[inline]
+pub fn mean_dot(pixels: &[Pixels], weights: &[Weights]) -> i32 {
+    let groups = pixels.iter().zip(weights);
+    groups
+        .flat_map(|(pixels, weights)| pixels.0.iter().zip(&weights.0))
+        .map(|(&y, &w)| i32::from(y) * i32::from(w))
+        .fold(0, i32::wrapping_add)
+}
+
+/// Σy and Σy².
+#[inline]
+pub fn statistics(pixels: &[Pixels]) -> (u32, u32) {
+    let pixels = pixels.iter().flat_map(|pixels| pixels.0);
+    pixels.fold((0, 0), |(sum, squares), y| {
+        let y = u32::from(y);
+        (u32::wrapping_add(sum, y), u32::wrapping_add(squares, y * y))
+    })
+}
+
+/// Room for the dot products of a batch.
+#[derive(Debug)]
+pub struct Dots([i32; BATCH]);
+
+impl Dots {
+    pub fn new() -> Self {
+        Self([0; BATCH])
+    }
+
+    /// The dot products that `kernel` computes of `view` and the first [`BATCH`] of the rows.
+    #[inline]
+    pub fn of(&mut self, kernel: Kernel, view: &[Pair], rows: &[Pair]) -> &[i32] {
+        let len = kernel.row_len(view).max(1);
+        let count = BATCH.min(rows.len() / len);
+        let dots = &mut self.0[..count];
+        for (row, dot) in rows.chunks_exact(len).zip(&mut *dots) {
+            *dot = match kernel {
+                Kernel::I16 => dot_i16(view, row),
+                Kernel::I8 => dot_i8(view, row),
+            };
+        }
+        dots
+    }
+}
+
+/// Dot product of a view and a row of 16-bit coefficients.
+fn dot_i16(view: &[Pair], row: &[Pair]) -> i32 {
+    let products = view.iter().zip(row).map(|(&Pair([g, h]), &Pair([a, b]))| {
+        (i32::from(g) * i32::from(a)).wrapping_add(i32::from(h) * i32::from(b))
+    });
+    products.fold(0, i32::wrapping_add)
+}
+
+/// Dot product of a view that is [`split`](super::split) and a row of 8-bit coefficients, stored in pairs: the i16
+/// number j of a row is 256·b + a with its coefficients a (2j) and b (2j + 1).
+fn dot_i8(view: &[Pair], row: &[Pair]) -> i32 {
+    let low = |pair: i16| i16::from(pair as i8);
+    let words = view.chunks_exact(2).zip(row);
+    let scaled = words.fold(0_i32, |sum, (view, &Pair([p, q]))| {
+        sum.wrapping_add(dot_i16(view, &[Pair([p, q]), Pair([low(p), low(q)])]))
+    });
+    scaled >> 8
+}
+
+/// Takes in the rows from `start` on, by the fractions dot/(offset + norm).
+///
+/// Denominators are positive and below 2³⁰, numerators within ±2³⁰.
+pub fn keep_greatest(
+    dots: &[i32],
+    norms: &[u32],
+    offset: i32,
+    start: u32,
+    greatest: &mut Greatest,
+) {
+    for ((&dot, &norm), row) in dots.iter().zip(norms).zip(start..) {
+        let ranked = Ranked {
+            row,
+            numerator: dot,
+            denominator: offset.wrapping_add(norm as i32),
+        };
+        if ranked.is_greater(&greatest.second) {
+            greatest.take(ranked, Ranked::is_greater);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use proptest::prelude::*;
+
+    use super::super::{PIXELS_PER_GROUP, split};
+    use super::*;
+    use crate::eigenspace::{padded_pixels, weight_count, weight_index};
+
+    fn groups(bytes: &[u8]) -> Vec<Pixels> {
+        let four =
+            |four: &[u8]| Pixels(core::array::from_fn(|i| four.get(i).copied().unwrap_or(0)));
+        bytes.chunks(PIXELS_PER_GROUP).map(four).collect()
+    }
+
+    fn pairs(numbers: &[i16]) -> Vec<Pair> {
+        let two = |two: &[i16]| Pair([two[0], two.get(1).copied().unwrap_or(0)]);
+        numbers.chunks(2).map(two).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn block_dots_matches_reference(
+            side in 2_u8..12, row in 0_usize..10, seed in any::<u32>(),
+        ) {
+            let mut state = seed;
+            let mut random = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                state >> 16
+            };
+            let pixels: Vec<u8> = (0..side * side).map(|_| random() as u8).collect();
+            let stored: Vec<i16> = (0..weight_count(side, 10)).map(|_| random() as i16).collect();
+            let expected: i32 = pixels.iter().enumerate()
+                .map(|(p, &y)| i32::from(y) * i32::from(stored[weight_index(side, row, p)]))
+                .sum();
+            let block = &stored[row / ROWS_PER_BLOCK * ROWS_PER_BLOCK * padded_pixels(side)..];
+            prop_assert_eq!(block_dots(&groups(&pixels), &pairs(block))[row % ROWS_PER_BLOCK], expected);
+        }
+
+        #[test]
+        fn statistics_match_reference(pixels in prop::collection::vec(any::<u8>(), 0..100)) {
+            let sum: u32 = pixels.iter().map(|&y| u32::from(y)).sum();
+            let squares: u32 = pixels.iter().map(|&y| u32::from(y) * u32::from(y)).sum();
+            prop_assert_eq!(statistics(&groups(&pixels)), (sum, squares));
+        }
+
+        #[test]
+        fn dots_of_8_bit_pairs_match_reference(
+            numbers in prop::collection::vec((-127_i16..=127, -127_i16..=127), 1..128),
+        ) {
+            let (view, row): (Vec<i16>, Vec<i16>) = numbers.into_iter().unzip();
+            let expected: i32 = view.iter().zip(&row).map(|(&g, &a)| i32::from(g) * i32::from(a)).sum();
+            let packed: Vec<i16> = row.chunks(2).map(|ab| 256 * ab.get(1).unwrap_or(&0) + ab[0]).collect();
+            let mut words = pairs(&view);
+            words.resize(words.len().next_multiple_of(2), Pair([0; 2]));
+            let mut halves = std::vec![Pair([0; 2]); words.len()];
+            split(&words, &mut halves);
+            let mut dots = Dots::new();
+            prop_assert_eq!(dots.of(Kernel::I8, &halves, &pairs(&packed)), [expected]);
+        }
+    }
+
+    #[test]
+    fn the_mean_of_a_block_is_rounded_half_up() {
+        let mut pixels = [0; 36];
+        pixels[..18].fill(1);
+        let mut view = [9];
+        reduce_sixfold(&pixels, 6, &mut view);
+        assert_eq!(view, [1]);
+        pixels[0] = 0;
+        reduce_sixfold(&pixels, 6, &mut view);
+        assert_eq!(view, [0]);
+    }
+}

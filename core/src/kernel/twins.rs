@@ -1,0 +1,171 @@
+//! Whether the fast kernels give the bits of their portable twins, on pseudo-random input of every shape.
+
+use super::{BATCH, Greatest, Kernel, PAIRS_PER_GROUP, Pair, Pixels, Weights, portable};
+
+/// The longest run of pixels that is tried, in groups.
+const MAX_GROUPS: usize = 128;
+
+/// Words that are enough for the weights of as many groups, and for some rows of coefficients.
+const MAX_PAIRS: usize = MAX_GROUPS * PAIRS_PER_GROUP;
+
+/// The longest row of coefficients that is tried, in words.
+const MAX_ROW: usize = 64;
+
+/// A kernel whose twins disagree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Disagreement {
+    /// Sum of pixels.
+    Sum,
+    /// Reduction by a whole ratio of six.
+    ReduceSixfold,
+    /// Projection on a block of rows.
+    BlockDots,
+    /// Projection on the mean row.
+    MeanDot,
+    /// Sums of a view.
+    Statistics,
+    /// Matching with 16-bit coefficients.
+    DotsI16,
+    /// Matching with 8-bit coefficients.
+    DotsI8,
+    /// Comparing landmarks.
+    KeepGreatest,
+}
+
+/// Numerical Recipes' generator: any sequence will do.
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        self.0 >> 8
+    }
+
+    fn below(&mut self, limit: usize) -> usize {
+        self.next() as usize % limit
+    }
+
+    /// Extreme values are frequent: sums overflow where they can.
+    fn byte(&mut self) -> u8 {
+        match self.next() % 8 {
+            0 => 0,
+            1 => 255,
+            _ => self.next() as u8,
+        }
+    }
+
+    fn pair(&mut self) -> Pair {
+        Pair([self.number(), self.number()])
+    }
+
+    fn number(&mut self) -> i16 {
+        match self.next() % 16 {
+            0 => i16::MIN,
+            1 => i16::MAX,
+            _ => self.next() as i16,
+        }
+    }
+}
+
+/// Compares every kernel with its twin in `cases` cases that follow from `seed`.
+///
+/// # Errors
+/// The first kernel whose twins disagree.
+pub fn compare(seed: u32, cases: u32) -> Result<(), Disagreement> {
+    let mut random = Random(seed);
+    let (mut pairs, mut view) = ([Pair::default(); MAX_PAIRS], [Pair::default(); 2 * MAX_ROW]);
+    let (mut pixels, mut weights) = (
+        [Pixels::default(); MAX_GROUPS],
+        [Weights::default(); MAX_GROUPS],
+    );
+    pairs.fill_with(|| random.pair());
+    for _ in 0..cases {
+        // A few fresh ones per case: to fill everything would take most of the time.
+        for _ in 0..8 {
+            pairs[random.below(MAX_PAIRS)] = random.pair();
+        }
+        pixels.fill_with(|| Pixels(core::array::from_fn(|_| random.byte())));
+        weights.fill_with(|| Weights(core::array::from_fn(|_| random.byte() as i8)));
+        view.fill_with(|| random.pair());
+        let groups = random.below(MAX_GROUPS + 1);
+        compare_reduction(bytemuck::cast_slice(&pixels), &mut random)?;
+        compare_projection(&pixels[..groups], &pairs, &weights)?;
+        let words = random.below(MAX_ROW + 1);
+        let rows = random.below(MAX_PAIRS / words.max(1)).min(BATCH + 1) * words;
+        compare_dots(
+            Kernel::I16,
+            &view[..words],
+            &pairs[..rows],
+            Disagreement::DotsI16,
+        )?;
+        compare_dots(
+            Kernel::I8,
+            &view[..2 * words],
+            &pairs[..rows],
+            Disagreement::DotsI8,
+        )?;
+        compare_greatest(&mut random)?;
+    }
+    Ok(())
+}
+
+/// Also runs that start between words, and blocks that the pixels do not hold.
+fn compare_reduction(pixels: &[u8], random: &mut Random) -> Result<(), Disagreement> {
+    let (start, len) = (random.below(8), random.below(32));
+    let run = &pixels[start..start + len];
+    agree(super::sum(run) == portable::sum(run), Disagreement::Sum)?;
+    let (stride, count) = (random.below(100), random.below(17));
+    let (mut fast, mut plain) = ([0; 16], [0; 16]);
+    super::reduce_sixfold(&pixels[start..], stride, &mut fast[..count]);
+    portable::reduce_sixfold(&pixels[start..], stride, &mut plain[..count]);
+    agree(fast == plain, Disagreement::ReduceSixfold)
+}
+
+fn compare_projection(
+    pixels: &[Pixels],
+    pairs: &[Pair],
+    weights: &[Weights],
+) -> Result<(), Disagreement> {
+    let block = super::block_dots(pixels, pairs) == portable::block_dots(pixels, pairs);
+    agree(block, Disagreement::BlockDots)?;
+    let mean = super::mean_dot(pixels, weights) == portable::mean_dot(pixels, weights);
+    agree(mean, Disagreement::MeanDot)?;
+    let sums = super::statistics(pixels) == portable::statistics(pixels);
+    agree(sums, Disagreement::Statistics)
+}
+
+fn compare_dots(
+    kernel: Kernel,
+    view: &[Pair],
+    rows: &[Pair],
+    otherwise: Disagreement,
+) -> Result<(), Disagreement> {
+    let (mut fast, mut plain) = (super::Dots::new(), portable::Dots::new());
+    agree(
+        fast.of(kernel, view, rows) == plain.of(kernel, view, rows),
+        otherwise,
+    )
+}
+
+fn compare_greatest(random: &mut Random) -> Result<(), Disagreement> {
+    // Dot products and squared norms are smaller than what random rows give.
+    let (mut dots, mut norms) = ([0; BATCH], [0; BATCH]);
+    let shift = random.below(6);
+    dots.fill_with(|| (random.next() as i32 - (1 << 23)) << shift);
+    norms.fill_with(|| (random.next() + 1) << shift);
+    let offset = random.next() as i32;
+    let (mut fast, mut plain) = (Greatest::NONE, Greatest::NONE);
+    for start in [0, 1000] {
+        let len = random.below(BATCH + 1);
+        super::keep_greatest(&dots[..len], &norms, offset, start, &mut fast);
+        portable::keep_greatest(&dots[..len], &norms, offset, start, &mut plain);
+        dots.rotate_left(len);
+    }
+    agree(fast == plain, Disagreement::KeepGreatest)
+}
+
+fn agree(holds: bool, otherwise: Disagreement) -> Result<(), Disagreement> {
+    if holds { Ok(()) } else { Err(otherwise) }
+}
