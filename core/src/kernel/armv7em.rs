@@ -400,7 +400,7 @@ fn in_pairs(
 }
 
 /// Rows of sixteen coefficients, one after the other: 13 instructions per row, because the view stays in registers.
-#[inline(never)]
+#[inline(always)]
 fn eight_words(view: &[Pair], rows: &[Pair], dots: &mut [MaybeUninit<i32>]) {
     if dots.is_empty() {
         return;
@@ -709,4 +709,91 @@ pub fn keep_greatest(
     if !first_at.is_null() {
         first.row = row_of(first_at);
     }
+}
+
+/// One row of four: whether the square in `$square` reaches `$limit`.
+macro_rules! reaches {
+    ($square:literal, $limit:literal, $found:literal) => {
+        concat!(
+            "vcmp.f32 ",
+            $square,
+            ", ",
+            $limit,
+            "\n",
+            "vmrs    APSR_nzcv, fpscr\n",
+            "bge     ",
+            $found,
+            "f\n",
+        )
+    };
+}
+
+/// See [`portable::find_square`]: 8 instructions per row.
+pub fn find_square(dots: &[i32], norms: &[u32], least: f32) -> usize {
+    let count = dots.len().min(norms.len());
+    let whole = count & !3;
+    if whole > 0 {
+        let mut at = dots.as_ptr();
+        let end = dots[..whole].as_ptr_range().end;
+        // SAFETY: the loop reads `whole` numbers, a multiple of four and not zero, from both slices, which are at least
+        // that long.
+        unsafe {
+            asm!(
+                "vmov    s8, r3",
+                "2:",
+                "vldmia  r0!, {{s0, s1, s2, s3}}",
+                "vldmia  r1!, {{s4, s5, s6, s7}}",
+                "vcvt.f32.s32 s0, s0",
+                "vcvt.f32.s32 s1, s1",
+                "vcvt.f32.s32 s2, s2",
+                "vcvt.f32.s32 s3, s3",
+                "vcvt.f32.s32 s4, s4",
+                "vcvt.f32.s32 s5, s5",
+                "vcvt.f32.s32 s6, s6",
+                "vcvt.f32.s32 s7, s7",
+                "vmul.f32 s0, s0, s0",
+                "vmul.f32 s1, s1, s1",
+                "vmul.f32 s2, s2, s2",
+                "vmul.f32 s3, s3, s3",
+                "vmul.f32 s4, s4, s8",
+                "vmul.f32 s5, s5, s8",
+                "vmul.f32 s6, s6, s8",
+                "vmul.f32 s7, s7, s8",
+                reaches!("s0", "s4", "3"),
+                reaches!("s1", "s5", "4"),
+                reaches!("s2", "s6", "5"),
+                reaches!("s3", "s7", "6"),
+                "cmp     r0, r2",
+                "bne     2b",
+                "b       7f",
+                "3:",
+                "sub     r0, r0, #4",
+                "4:",
+                "sub     r0, r0, #4",
+                "5:",
+                "sub     r0, r0, #4",
+                "6:",
+                "sub     r0, r0, #4",
+                "7:",
+                inout("r0") at,
+                inout("r1") norms.as_ptr() => _,
+                in("r2") end,
+                in("r3") least.to_bits(),
+                out("s0") _,
+                out("s1") _,
+                out("s2") _,
+                out("s3") _,
+                out("s4") _,
+                out("s5") _,
+                out("s6") _,
+                out("s7") _,
+                out("s8") _,
+                options(readonly, nostack),
+            );
+        }
+        if at != end {
+            return (at.addr() - dots.as_ptr().addr()) / size_of::<i32>();
+        }
+    }
+    whole + portable::find_square(&dots[whole..count], &norms[whole..count], least)
 }

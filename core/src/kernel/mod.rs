@@ -22,11 +22,11 @@ mod twins;
 
 #[cfg(armv7em)]
 pub(crate) use armv7em::{
-    Dots, block_dots, keep_greatest, mean_dot, reduce_sixfold, statistics, sum,
+    Dots, block_dots, find_square, keep_greatest, mean_dot, reduce_sixfold, statistics, sum,
 };
 #[cfg(not(armv7em))]
 pub(crate) use portable::{
-    Dots, block_dots, keep_greatest, mean_dot, reduce_sixfold, statistics, sum,
+    Dots, block_dots, find_square, keep_greatest, mean_dot, reduce_sixfold, statistics, sum,
 };
 
 pub use twins::{Disagreement, compare};

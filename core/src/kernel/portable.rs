@@ -126,6 +126,15 @@ pub fn keep_greatest(
     }
 }
 
+/// The first row of which dot² is at least `least` times its norm, both in single precision; how many rows there are
+/// when there is none.
+pub fn find_square(dots: &[i32], norms: &[u32], least: f32) -> usize {
+    let mut rows = dots.iter().zip(norms);
+    let found =
+        rows.position(|(&dot, &norm)| dot as f32 * dot as f32 >= (norm as i32) as f32 * least);
+    found.unwrap_or(dots.len().min(norms.len()))
+}
+
 #[cfg(test)]
 mod tests {
     use std::vec::Vec;

@@ -30,8 +30,10 @@ pub enum Disagreement {
     DotsI16,
     /// Matching with 8-bit coefficients.
     DotsI8,
-    /// Comparing landmarks.
+    /// Comparing landmarks by fractions.
     KeepGreatest,
+    /// Comparing landmarks by squares.
+    FindSquare,
 }
 
 /// Numerical Recipes' generator: any sequence will do.
@@ -163,7 +165,11 @@ fn compare_greatest(random: &mut Random) -> Result<(), Disagreement> {
         portable::keep_greatest(&dots[..len], &norms, offset, start, &mut plain);
         dots.rotate_left(len);
     }
-    agree(fast == plain, Disagreement::KeepGreatest)
+    agree(fast == plain, Disagreement::KeepGreatest)?;
+    let (len, least) = (random.below(BATCH + 1), random.next() as f32 * 64.0);
+    let is_same = super::find_square(&dots[..len], &norms, least)
+        == portable::find_square(&dots[..len], &norms, least);
+    agree(is_same, Disagreement::FindSquare)
 }
 
 fn agree(holds: bool, otherwise: Disagreement) -> Result<(), Disagreement> {

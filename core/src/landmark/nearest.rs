@@ -92,6 +92,7 @@ impl LandmarkTable<'_> {
     }
 
     /// Searches ranges of the table.
+    #[inline(always)]
     fn scan(
         &self,
         among: impl IntoIterator<Item = Range<u32>>,
@@ -204,23 +205,22 @@ fn by_distance(start: u32, dots: &[i32], norms: &[u32], greatest: &mut Greatest)
 
 #[inline(never)]
 fn by_cosine(start: u32, dots: &[i32], norms: &[u32], greatest: &mut Greatest) {
-    let signed_square = |dot: i32| dot as f32 * (dot as f32).abs();
-    let limit = |than: Ranked| {
-        let square = signed_square(than.numerator) / than.denominator.max(1) as f32;
-        square - square.abs() * ROUNDING
-    };
-    let mut least = limit(greatest.second);
-    for ((&dot, &norm), row) in dots.iter().zip(norms).zip(start..) {
-        // Single precision decides where it can.
-        if signed_square(dot) >= least * norm as f32 {
-            let ranked = Ranked {
-                row,
-                numerator: dot,
-                denominator: norm as i32,
-            };
-            greatest.take(ranked, has_greater_cosine);
-            least = limit(greatest.second);
-        }
+    let mut row = 0;
+    loop {
+        // Single precision decides where it can; negative cosines are left to the exact comparison.
+        let numerator = greatest.second.numerator.max(0) as f32;
+        let square = numerator * numerator / greatest.second.denominator.max(1) as f32;
+        row += kernel::find_square(&dots[row..], &norms[row..], square * (1.0 - ROUNDING));
+        let (Some(&dot), Some(&norm)) = (dots.get(row), norms.get(row)) else {
+            return;
+        };
+        let ranked = Ranked {
+            row: start + row as u32,
+            numerator: dot,
+            denominator: norm as i32,
+        };
+        greatest.take(ranked, has_greater_cosine);
+        row += 1;
     }
 }
 
