@@ -73,15 +73,53 @@ pub fn candidate_count(lattices: &[Lattice]) -> u32 {
 /// ```
 #[must_use]
 pub fn place(lattices: &[Lattice], view: u32) -> Option<Point> {
+    let window = find(lattices, view)?;
+    Some(window.lattice.point(window.column, window.row))
+}
+
+/// A window of a lattice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// Its number among all candidates, 1-based.
+    pub view: u32,
+    /// The lattice it belongs to.
+    pub lattice: Lattice,
+    /// Its column, 0-based.
+    pub column: u32,
+    /// Its row, 0-based.
+    pub row: u32,
+}
+
+/// The window with number `view` (1-based), `None` when there is no such number.
+#[must_use]
+pub fn find(lattices: &[Lattice], view: u32) -> Option<Window> {
     let mut index = view.checked_sub(1)?;
     for lattice in lattices {
         if index < lattice.count() {
             let columns = u32::from(lattice.columns);
-            return Some(lattice.point(index % columns, index / columns));
+            return Some(Window {
+                view,
+                lattice: *lattice,
+                column: index % columns,
+                row: index / columns,
+            });
         }
         index -= lattice.count();
     }
     None
+}
+
+impl Window {
+    /// The number of the window `right` columns to the right and `down` rows below, `None` beyond the lattice.
+    #[must_use]
+    pub fn neighbour(&self, right: i32, down: i32) -> Option<u32> {
+        let column = self.column.checked_add_signed(right)?;
+        let row = self.row.checked_add_signed(down)?;
+        let columns = u32::from(self.lattice.columns);
+        let is_inside = column < columns && row < u32::from(self.lattice.rows);
+        let first = self.view - (self.row * columns + self.column);
+        is_inside.then(|| first + row * columns + column)
+    }
 }
 
 #[cfg(test)]
@@ -131,5 +169,16 @@ mod tests {
             })
         );
         assert_eq!(place(&lattices, 84), None);
+
+        let window = find(&lattices, 57).expect("in the second lattice, at its second row");
+        assert_eq!((window.column, window.row), (1, 1));
+        assert_eq!(
+            [(-1, 0), (0, 1), (1, -1)].map(|(x, y)| window.neighbour(x, y)),
+            [Some(56), Some(64), Some(51)]
+        );
+        assert_eq!(
+            [(-2, 0), (6, 0), (0, -2), (0, 4)].map(|(x, y)| window.neighbour(x, y)),
+            [None; 4]
+        );
     }
 }

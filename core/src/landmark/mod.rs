@@ -5,12 +5,14 @@
 
 pub mod lattice;
 mod nearest;
+mod refine;
 
 use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 
 pub use lattice::{Lattice, Lattices, Point};
 pub use nearest::{Match, Nearest};
+pub use refine::MAX_STRIDE;
 
 use crate::kernel::{Kernel, Pair};
 

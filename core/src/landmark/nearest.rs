@@ -18,7 +18,7 @@ use core::ops::Range;
 use super::{LandmarkTable, Metric, Width};
 use crate::{
     eigenspace::{Coefficients, MAX_DIMENSIONS},
-    kernel::{self, BATCH, Dots, Greatest, Kernel, Pair, Ranked},
+    kernel::{self, BATCH, Dots, Greatest, Pair, Ranked},
     math::{angle, sqrt},
 };
 
@@ -66,23 +66,35 @@ impl LandmarkTable<'_> {
             return None;
         }
         let mut search = Search::new(self.metric, coefficients.squared_norm());
-        let (kernel, len) = (self.width.kernel(), self.row_len);
+        // The two cases keep the room for split coefficients, and its zeros, from those who do not need it.
         match self.width {
-            Width::I16 => {
-                let view = coefficients.pairs(len);
-                self.scan(among, kernel, view, &mut search);
-            }
+            Width::I16 => self.scan(among, coefficients.pairs(self.row_len), &mut search),
             Width::I8 => {
                 let mut split = [Pair::default(); MAX_DIMENSIONS as usize / 2];
-                let view = &mut split[..2 * len];
-                kernel::split(coefficients.pairs(view.len()), view);
-                self.scan(among, kernel, view, &mut search);
+                let view = self.prepare(coefficients, &mut split);
+                self.scan(among, view, &mut search);
             }
         }
         Some(Nearest {
             first: search.measured(search.greatest.first, self.step)?,
             second: search.measured(search.greatest.second, self.step),
         })
+    }
+
+    /// A view's coefficients as the table's kernel wants them.
+    pub(super) fn prepare<'v>(
+        &self,
+        coefficients: &'v Coefficients,
+        split: &'v mut [Pair; MAX_DIMENSIONS as usize / 2],
+    ) -> &'v [Pair] {
+        match self.width {
+            Width::I16 => coefficients.pairs(self.row_len),
+            Width::I8 => {
+                let view = &mut split[..2 * self.row_len];
+                kernel::split(coefficients.pairs(view.len()), view);
+                view
+            }
+        }
     }
 
     /// Every landmark, for [`nearest`](Self::nearest).
@@ -96,11 +108,10 @@ impl LandmarkTable<'_> {
     fn scan(
         &self,
         among: impl IntoIterator<Item = Range<u32>>,
-        kernel: Kernel,
         view: &[Pair],
         search: &mut Search,
     ) {
-        let len = self.row_len;
+        let (kernel, len) = (self.width.kernel(), self.row_len);
         let mut dots = Dots::new();
         for range in among {
             let mut start = range.start as usize;

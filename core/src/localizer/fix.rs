@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     atlas::Atlas,
     eigenspace::Coefficients,
-    landmark::{Metric, Point, lattice::place},
+    landmark::{MAX_STRIDE, Metric, Point, lattice::place},
     math::sqrt,
     preprocess::View,
 };
@@ -20,7 +20,7 @@ pub struct Fix {
     pub view: u32,
     /// Where that landmark was seen.
     pub place: Point,
-    /// Where the vehicle is.
+    /// Where the vehicle is: between that landmark and its neighbours where the table is a dense grid, else the same.
     pub position: Point,
     /// Distance to the landmark, in the metric's unit.
     pub distance: f32,
@@ -52,6 +52,13 @@ impl Fix {
         let nearest = landmarks.nearest(coefficients, landmarks.everywhere())?;
         let record = landmarks.records().get(nearest.first.landmark as usize)?;
         let place = place(atlas.lattices(), record.view)?;
+        let pixel_px = atlas.header().footprint_px / f32::from(atlas.eigenspace().side());
+        let position = landmarks.refine(
+            atlas.lattices(),
+            MAX_STRIDE * pixel_px,
+            coefficients,
+            nearest.first.landmark,
+        );
 
         let distance = nearest.first.distance;
         let second = nearest.second.map_or(f32::MAX, |second| second.distance);
@@ -75,7 +82,7 @@ impl Fix {
             landmark: nearest.first.landmark,
             view: record.view,
             place,
-            position: place,
+            position: position.unwrap_or(place),
             distance,
             second,
             margin,
