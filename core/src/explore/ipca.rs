@@ -4,8 +4,10 @@
 //! (Gram-Schmidt, twice), the eigenproblem of D in k + 1 dimensions, one rotation of the basis with the residual's
 //! direction appended, and the smallest dimension dropped where [`Growth`] says so.
 //!
-//! **Cost.** 400 pixels and 15 dimensions: see `ipca_step_400_15` in `firmware/cycles.jsonl`. An update takes the same
-//! time for every number of dimensions, but for the eigenproblem.
+//! **Cost.** All slots take part in every pass, whether they are in use or not: only the eigenproblem is quicker in
+//! fewer dimensions. In a static, an eigenspace with [`Growth::Fixed`] is all zeros and takes no flash.
+//!
+//! **Limits.** n counts up to 2³² − 1 and stays there; from 2²⁴ on its reciprocal is what single precision has.
 
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
@@ -281,14 +283,17 @@ impl<const PIXELS: usize, const SLOTS: usize> IncrementalPca<PIXELS, SLOTS> {
 
     /// What to multiply the rows [T, r] with: R without the dropped columns, the residual's row divided by its norm,
     /// and one basis vector straightened.
+    #[inline(never)]
     fn basis_rotation(
         &self,
         rotation: &SMatrix<f32, SLOTS, SLOTS>,
         gamma: f32,
     ) -> [[f32; SLOTS]; SLOTS] {
-        let mut basis = rotation.transpose().data.0;
-        for row in &mut basis {
-            row[self.dimensions..].fill(0.0);
+        let mut basis = [[0.0; SLOTS]; SLOTS];
+        for (j, column) in rotation.column_iter().enumerate().take(self.dimensions) {
+            for (row, value) in basis.iter_mut().zip(column.iter()) {
+                row[j] = *value;
+            }
         }
         let scale = if gamma > 0.0 { 1.0 / gamma } else { 0.0 };
         for value in &mut basis[SLOTS - 1] {

@@ -45,6 +45,7 @@ pub struct Eigen<const N: usize> {
 /// Decomposes diag(`poles`) + `vector`·`vector`ᵀ. Poles are finite, not negative, and descend.
 ///
 /// An eigenvector's component along the pole just below its eigenvalue is not negative.
+#[inline(never)]
 pub fn decompose<const N: usize>(poles: &[f32; N], vector: &[f32; N]) -> Eigen<N> {
     let mut eigen = Eigen {
         values: *poles,

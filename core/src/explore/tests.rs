@@ -6,29 +6,37 @@ use std::vec::Vec;
 
 use super::{Change, Coordinates, Growth, IncrementalPca};
 
-/// |TᵀT − I| at most, at any time: measured 1.0·10⁻⁶ over 100,000 truncating updates, of which rounding of one sum over
-/// the pixels is a tenth.
+/// |TᵀT − I| at most, at any time: measured 1.0·10⁻⁶, and no more after 100,000 updates than after 1,000.
 const ORTHOGONALITY: f64 = 2e-6;
 
 /// Relative error of every eigenvalue after 10,000 updates without truncation, the smallest 4·10⁻⁵ of the largest:
-/// measured 5.6·10⁻⁶.
+/// measured 5.7·10⁻⁶.
 const EIGENVALUE: f64 = 2e-5;
 
-/// Sine of the largest angle between an eigenimage and the batch subspace, same run: measured 4.4·10⁻⁵. It is the
-/// rounding of the mean (8·10⁻⁶ of a gray level per update) against the smallest deviations.
+/// Sine of the largest angle between an eigenimage and the batch subspace, same run: measured 4.4·10⁻⁵, at the
+/// eigenimage with the smallest eigenvalue.
 const SUBSPACE: f64 = 1e-4;
 
 /// Covered variance after 10,000 truncating updates, against the best 15 dimensions: measured 7·10⁻⁴ below.
 const COVERED: f64 = 2e-3;
 
-/// Total variance (covered and lost) in the same run, relative: nothing is unaccounted for. Measured below 10⁻⁵.
-const TOTAL: f64 = 5e-5;
+/// Total variance (covered and lost) in the same run, relative: nothing is unaccounted for. Measured 2.2·10⁻⁶.
+const TOTAL: f64 = 1e-5;
 
-/// Carried coordinates against projected ones after 1,000 updates, as a share of ‖g‖.
-const CARRIED: f32 = 1e-4;
+/// Carried coordinates against projected ones after 1,000 updates, as a share of the largest: measured 1.3·10⁻⁵.
+const CARRIED: f32 = 5e-5;
 
-/// One update against double precision, as a share of the largest deviation so far.
-const SINGLE_PRECISION: f64 = 2e-5;
+/// Eigenvalues against double precision after a dozen updates, as a share of the largest ‖x − x̄‖²: measured below
+/// 2·10⁻⁷.
+const SINGLE_PRECISION: f64 = 1e-6;
+
+/// Views as the coordinates have them, same run, as a share of the largest ‖x − x̄‖: single precision over
+/// [`LEAST_GAP`], a few times.
+const RECOVERED: f64 = 5e-4;
+
+/// Where the dropped eigenvalue is closer to the next one than this share of the largest, what to drop is a matter of
+/// rounding.
+const LEAST_GAP: f64 = 0.01;
 
 /// Pseudorandom numbers of the test views: additions and multiplications of integers only.
 struct Source(u64);
@@ -198,11 +206,12 @@ fn carried_coordinates_are_projected_ones() {
         }
         seen.push((view, step.coordinates));
     }
+    let mut worst = 0.0_f32;
     for (view, carried) in &seen {
         let projected = pca.project(view).expect("finite").coordinates;
-        let error = (projected - carried).amax() / projected.amax();
-        assert!(error <= CARRIED, "{error:e}");
+        worst = worst.max((projected - carried).amax() / projected.amax());
     }
+    assert!(worst <= CARRIED, "{worst:e}");
 }
 
 #[test]
@@ -243,7 +252,8 @@ impl Reference {
         }
     }
 
-    fn update(&mut self, x: &DVector<f64>, most: usize) {
+    /// Returns how far apart the dropped and the last kept eigenvalue are, as a share of the largest.
+    fn update(&mut self, x: &DVector<f64>, most: usize) -> f64 {
         let (n, k) = (self.n, self.eigenvalues.len());
         let mean = (n * &self.mean + x) / (n + 1.0); // (2.19)
         let g = self.basis.tr_mul(&(x - &self.mean)); // (2.20)
@@ -268,6 +278,8 @@ impl Reference {
         self.coordinates.push(basis.tr_mul(&(x - &mean)));
         (self.n, self.mean, self.basis) = (n + 1.0, mean, basis);
         self.eigenvalues = values[..kept].to_vec();
+        let dropped = values.get(kept).copied().unwrap_or(f64::NEG_INFINITY);
+        (values[kept - 1] - dropped) / values[0]
     }
 }
 
@@ -286,10 +298,9 @@ proptest! {
         let mut largest = 0.0_f64;
         for view in &views[1..] {
             let step = pca.update(view).expect("finite");
-            // What the general case is not: a view in the eigenspace, or a tie for the dimension to be dropped.
-            prop_assume!(step.residual > 1.0);
+            let gap = reference.update(&wide(view), 5);
+            prop_assume!(step.residual > 1.0 && gap > LEAST_GAP);
             largest = largest.max(f64::from(step.deviation));
-            reference.update(&wide(view), 5);
             for coordinates in &mut carried {
                 step.carry.carry(coordinates);
             }
@@ -306,7 +317,7 @@ proptest! {
         for (ours, expected) in carried.iter().zip(&reference.coordinates) {
             let ours = &basis * DVector::from_iterator(k, ours.iter().take(k).map(|&g| f64::from(g)));
             let error = (ours - &reference.basis * expected).norm();
-            prop_assert!(error <= 50.0 * SINGLE_PRECISION * largest, "{error:e} of {largest}");
+            prop_assert!(error <= RECOVERED * largest, "{error:e} of {largest}");
         }
     }
 }
