@@ -97,6 +97,8 @@ pub struct Step<const SLOTS: usize> {
 
 /// An eigenspace (x̄, T, Λ, n) of all views so far: m pixels, at most `SLOTS` − 1 dimensions.
 ///
+/// The pixels of a [`View`](crate::preprocess::View) of 20×20 are `view.pixels().first_chunk::<400>()`.
+///
 /// ```
 /// use eigenmark_core::explore::{Change, Growth, IncrementalPca};
 ///
@@ -206,7 +208,7 @@ impl<const PIXELS: usize, const SLOTS: usize> IncrementalPca<PIXELS, SLOTS> {
         })
     }
 
-    /// Takes a view in. `None`, and nothing happens, beyond [`MAX_ENERGY`] and for what is not finite.
+    /// Takes a view in: its pixels, or what normalization has made of them. `None`, and nothing happens, beyond [`MAX_ENERGY`] and for what is not finite.
     pub fn update<P: Copy + Into<f32>>(&mut self, view: &[P; PIXELS]) -> Option<Step<SLOTS>> {
         let projection = self.project(view)?;
         Some(self.absorb(view, &projection))

@@ -13,12 +13,12 @@
 //! types: matrices are nalgebra's, of fixed size. Deviations:
 //! 1. r = (x − x̄) − Tg, the negative of (2.21), so that γ is positive.
 //! 2. D is diagonal plus rank one and is decomposed as such (`rank_one.rs`), not by nalgebra's solver for symmetric
-//!    matrices. Measured with that one in its place: 160,000 to 168,000 instructions for 16×16 instead of 62,000, which
-//!    breaks the budget of 400,000 for an update; no bound on its iterations; and an error that is a share of the
-//!    *largest* eigenvalue in every update anew. After 10,000 updates of 15 dimensions the smallest eigenvalue, 4·10⁻⁵
-//!    of the largest, was off by 9·10⁻³ instead of 6·10⁻⁶.
-//! 3. Each update also straightens one basis vector, in turn. Without that, the second Gram-Schmidt pass alone, the
-//!    error of orthogonality grows with every update, to 4·10⁻⁴ after 10,000; with it, it stays at 10⁻⁶.
+//!    matrices. That one takes 160,000 to 168,000 instructions for 16×16 where this takes 62,000, and an update would
+//!    be above its budget of 400,000; nothing bounds its iterations; and its error is a share of the *largest*
+//!    eigenvalue, in every update anew. Measured in its place: after 10,000 updates of 15 dimensions the smallest
+//!    eigenvalue, 4·10⁻⁵ of the largest, is off by 8.8·10⁻³ instead of 2.6·10⁻⁶.
+//! 3. Each update also straightens one basis vector, in turn. With the second Gram-Schmidt pass alone the error of
+//!    orthogonality grows with every update, to 2 to 4·10⁻⁴ after 10,000; with this it stays at 10⁻⁶.
 //!
 //! **Cost.** An update is m·(k + 1)·k multiply-adds to rotate and 5·m·k for the rest: 335,000 instructions of a
 //! Cortex-M4F for 400 pixels and 15 dimensions. Memory is 4·(m + 1)·(k + 2) bytes and some 20 more, 27 KB for the same,
