@@ -208,7 +208,8 @@ impl<const PIXELS: usize, const SLOTS: usize> IncrementalPca<PIXELS, SLOTS> {
         })
     }
 
-    /// Takes a view in: its pixels, or what normalization has made of them. `None`, and nothing happens, beyond [`MAX_ENERGY`] and for what is not finite.
+    /// Takes a view in: its pixels, or what normalization has made of them. `None`, and nothing happens, beyond
+    /// [`MAX_ENERGY`] and for what is not finite.
     pub fn update<P: Copy + Into<f32>>(&mut self, view: &[P; PIXELS]) -> Option<Step<SLOTS>> {
         let projection = self.project(view)?;
         Some(self.absorb(view, &projection))
