@@ -16,6 +16,7 @@
 //! | [`preprocess`] | frame → view: exact area averaging, sums for normalization | eigenspaces |
 //! | [`eigenspace`] | view → coefficients, distance from feature space | landmarks |
 //! | [`landmark`] | coefficients → nearest landmarks; where candidates lie on the map | frames |
+//! | [`explore`] | views → an eigenspace learned on the way, and landmarks chosen online | frames, maps, atlases |
 //! | [`atlas`] | the flash bundle: one parser, one writer | where in memory it lies |
 //! | [`localizer`] | frame → fix | links, boards, time |
 //! | [`link`] | framed messages between a board and a host | the wire |
@@ -35,6 +36,7 @@ compile_error!(
 
 pub mod atlas;
 pub mod eigenspace;
+pub mod explore;
 pub mod frame;
 pub mod kernel;
 pub mod landmark;

@@ -14,6 +14,7 @@ use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use eigenmark_core::{
     atlas::Atlas,
     eigenspace::{Coefficients, MAX_DIMENSIONS},
+    explore::{Growth, IncrementalPca},
     frame::Frame,
     landmark::Width,
     localizer::Localizer,
@@ -24,6 +25,7 @@ use eigenmark_firmware::{
     board::{Board, CORE_HZ},
     fail, succeed,
 };
+use static_cell::ConstStaticCell;
 
 /// SysTick counts down from here: 2²⁴ − 1.
 const RELOAD: u32 = 0x00ff_ffff;
@@ -33,6 +35,11 @@ const RELOAD: u32 = 0x00ff_ffff;
 const DENSE: u32 = 8192;
 
 static FRAME: [u8; 160 * 120] = test_frame();
+
+static VIEWS: [[u8; 400]; 28] = test_views();
+
+static EIGENSPACE: ConstStaticCell<IncrementalPca<400, 16>> =
+    ConstStaticCell::new(IncrementalPca::new(Growth::Fixed));
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -80,6 +87,16 @@ fn main() -> ! {
     meter.measure(format_args!("fix_160x120_{landmarks}"), 20, || {
         black_box(localizer.locate(black_box(&frame)));
     });
+    let eigenspace = EIGENSPACE.take();
+    let mut views = VIEWS.iter().cycle();
+    let mut explore = || {
+        if let Some(view) = views.next() {
+            black_box(eigenspace.update(black_box(view)));
+        }
+    };
+    // The first is the mean, fifteen make dimensions; from there on every one grows to sixteen and drops one.
+    (0..16).for_each(|_| explore());
+    meter.measure(format_args!("ipca_step_400_15"), 10, explore);
     succeed()
 }
 
@@ -164,4 +181,16 @@ const fn test_frame() -> [u8; 160 * 120] {
         i += 1;
     }
     pixels
+}
+
+/// Twenty-eight views of 20×20 pixels that span more than 16 dimensions.
+const fn test_views() -> [[u8; 400]; 28] {
+    let mut views = [[0; 400]; 28];
+    let mut i = 0;
+    while i < 28 * 400 {
+        let (view, pixel) = (i / 400, i % 400);
+        views[view][pixel] = ((pixel * 37 + 11) * (view * 29 + 5) / 16 % 256) as u8;
+        i += 1;
+    }
+    views
 }
