@@ -22,6 +22,7 @@ use eigenmark_core::{
 use eigenmark_tests::{
     board::{self, Board, Log},
     maps::{self, TestMap},
+    tables,
 };
 use rand::{Rng, RngExt};
 
@@ -384,31 +385,25 @@ fn instruction_counts_do_not_rise_above_their_record() {
         return;
     }
     let firmware = board::firmware("cycles").expect("builds");
-    let (_, all) = trained(&TestMap::city(), Selection::All);
-    let dense = Settings {
-        stride_px: Some(32),
-        selection: Selection::All,
-        ..Settings::default()
-    };
-    let dense = train(&Map::city(), &dense, false, &Progress::Hidden)
-        .expect("trains")
-        .atlas;
-    let (code, logs) = run(&Board::flashed(&firmware)
-        .with_atlas(&all)
-        .with_atlas(&dense));
-    assert_eq!(code, 0, "{logs:?}");
-    let lines: Vec<&str> = logs
-        .iter()
-        .filter(|log| log.level.is_none())
-        .map(|log| log.text.as_str())
-        .collect();
+    let mut lines: Vec<String> = Vec::new();
+    for atlases in tables::of_cycles(&Progress::Hidden).expect("trains") {
+        let board = atlases
+            .iter()
+            .fold(Board::flashed(&firmware), |board, atlas| {
+                board.with_atlas(atlas)
+            });
+        let (code, logs) = run(&board);
+        assert_eq!(code, 0, "{logs:?}");
+        let printed = logs.into_iter().filter(|log| log.level.is_none());
+        lines.extend(printed.map(|log| log.text));
+    }
     let path = maps::workspace().join("firmware/cycles.jsonl");
     if std::env::var_os("EIGENMARK_BLESS").is_some() {
         fs::write(&path, lines.join("\n") + "\n").expect("writable");
         return;
     }
     let record = counts(fs::read_to_string(&path).expect("the record").lines());
-    let measured = counts(lines.iter().copied());
+    let measured = counts(lines.iter().map(String::as_str));
     assert_eq!(
         measured.keys().collect::<Vec<_>>(),
         record.keys().collect::<Vec<_>>()

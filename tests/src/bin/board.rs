@@ -1,20 +1,18 @@
 //! Runs a firmware binary on the emulated board: cargo's runner for the target.
 //!
 //! `board FIRMWARE [--atlas FILE [--atlas FILE]]`: plain output goes to stdout, logs to stderr. Without `--atlas`, the
-//! first slot holds the report's table of all 83 views of the built-in city, and the second a dense one.
+//! first slot holds the report's table of all 83 views of the built-in city; `cycles` then runs once for every set of
+//! tables that it measures.
 
 use std::{env, path::PathBuf, process::ExitCode};
 
 use anyhow::{Context, Result, bail, ensure};
-use eigenmark::{
-    atlas::AtlasBuffer,
-    learn::{Selection, Settings},
-    map::Map,
-    output::Progress,
-    train::train,
-};
+use eigenmark::{atlas::AtlasBuffer, map::Map, output::Progress};
 use eigenmark_core::link::{Reply, Request};
-use eigenmark_tests::board::{Board, Log};
+use eigenmark_tests::{
+    board::{Board, Log},
+    tables,
+};
 
 fn main() -> Result<ExitCode> {
     let mut arguments = env::args_os().skip(1);
@@ -33,24 +31,32 @@ fn main() -> Result<ExitCode> {
             _ => bail!("{}: expected --atlas FILE", argument.display()),
         }
     }
-    if atlases.is_empty() {
-        atlases = built_in()?;
+    let is = |name: &str| firmware.file_stem().is_some_and(|stem| stem == name);
+    let flashes = match atlases {
+        _ if !atlases.is_empty() => vec![atlases],
+        _ if is("cycles") => tables::of_cycles(&Progress::Stderr)?,
+        _ => vec![vec![tables::report(&Progress::Stderr)?]],
+    };
+    for atlases in flashes {
+        ensure!(
+            atlases.len() <= 2,
+            "a board has two slots, {} atlases are given",
+            atlases.len()
+        );
+        let board = atlases
+            .iter()
+            .fold(Board::flashed(&firmware), |board, atlas| {
+                board.with_atlas(atlas)
+            });
+        if is("navigator") {
+            return show_fixes(&board);
+        }
+        let code = board.run(print)?;
+        if code != 0 {
+            return Ok(ExitCode::from(u8::try_from(code).unwrap_or(1)));
+        }
     }
-    ensure!(
-        atlases.len() <= 2,
-        "a board has two slots, {} atlases are given",
-        atlases.len()
-    );
-    let board = atlases
-        .iter()
-        .fold(Board::flashed(&firmware), |board, atlas| {
-            board.with_atlas(atlas)
-        });
-    if firmware.file_stem().is_some_and(|name| name == "navigator") {
-        return show_fixes(&board);
-    }
-    let code = board.run(print)?;
-    Ok(ExitCode::from(u8::try_from(code).unwrap_or(1)))
+    Ok(ExitCode::SUCCESS)
 }
 
 /// The navigator serves the link for ever: show it some frames of the built-in city and what it answers.
@@ -76,22 +82,6 @@ fn show_fixes(board: &Board) -> Result<ExitCode> {
         }
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn built_in() -> Result<Vec<AtlasBuffer>> {
-    let city = Map::city();
-    let all = Settings {
-        selection: Selection::All,
-        ..Settings::default()
-    };
-    let dense = Settings {
-        stride_px: Some(32),
-        ..all.clone()
-    };
-    [all, dense]
-        .iter()
-        .map(|settings| Ok(train(&city, settings, false, &Progress::Stderr)?.atlas))
-        .collect()
 }
 
 fn print(log: Log) {

@@ -1,0 +1,67 @@
+//! The atlases that `cycles` measures, all of the built-in city.
+
+use eigenmark::{
+    atlas::AtlasBuffer,
+    learn::{Selection, Settings},
+    map::Map,
+    output::Progress,
+    train::{TrainError, train},
+};
+use eigenmark_core::{
+    eigenspace::Normalize,
+    landmark::{Metric, Width},
+};
+
+/// The report's table of all 83 views.
+///
+/// # Errors
+/// None that the built-in city gives.
+pub fn report(progress: &Progress) -> Result<AtlasBuffer, TrainError> {
+    trained(&all(), progress)
+}
+
+/// What lies in the flash of each run of `cycles`, slot by slot: the report's table and 1,326 landmarks of as many
+/// dimensions; then the dense tables, with 48 dimensions of 16 bits and with 96 of 8 bits, as large as the chip's flash
+/// allows at the same step.
+///
+/// # Errors
+/// None that the built-in city gives.
+pub fn of_cycles(progress: &Progress) -> Result<Vec<Vec<AtlasBuffer>>, TrainError> {
+    let dense = Settings {
+        stride_px: Some(20),
+        normalize: Normalize::Std,
+        whiten: 0.5,
+        metric: Metric::Cosine,
+        ..all()
+    };
+    let more = Settings {
+        stride_px: Some(32),
+        ..all()
+    };
+    let wide = Settings {
+        dimensions: 48,
+        ..dense.clone()
+    };
+    let narrow = Settings {
+        dimensions: 96,
+        highpass_px: 3.0,
+        width: Width::I8,
+        ..dense
+    };
+    Ok(vec![
+        vec![report(progress)?, trained(&more, progress)?],
+        vec![trained(&wide, progress)?],
+        vec![trained(&narrow, progress)?],
+    ])
+}
+
+fn all() -> Settings {
+    Settings {
+        selection: Selection::All,
+        ..Settings::default()
+    }
+}
+
+fn trained(settings: &Settings, progress: &Progress) -> Result<AtlasBuffer, TrainError> {
+    Ok(train(&Map::city(), settings, false, progress)?.atlas)
+}
