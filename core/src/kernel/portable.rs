@@ -27,14 +27,14 @@ pub fn reduce_sixfold(source: &[u8], stride: usize, view: &mut [u8]) {
 #[inline]
 pub fn block_dots(pixels: &[Pixels], weights: &[Pair]) -> [i32; ROWS_PER_BLOCK] {
     let mut dots = [0_i32; ROWS_PER_BLOCK];
-    for (Pixels([y0, y1, y2, y3]), weights) in
-        pixels.iter().zip(weights.chunks_exact(PAIRS_PER_GROUP))
-    {
-        let y = [y0, y2, y1, y3].map(|&y| i32::from(y));
+    let groups = weights.chunks_exact(PAIRS_PER_GROUP);
+    for (&Pixels(pixels), weights) in pixels.iter().zip(groups) {
+        let [y0, y1, y2, y3] = pixels.map(i32::from);
         for (dot, weights) in dots.iter_mut().zip(weights.chunks_exact(2)) {
-            let weights = weights.iter().flat_map(|&Pair(pair)| pair);
-            let products = weights.zip(y).map(|(w, y)| i32::from(w) * y);
-            *dot = products.fold(*dot, i32::wrapping_add);
+            if let &[Pair([w0, w2]), Pair([w1, w3])] = weights {
+                let [w0, w1, w2, w3] = [w0, w1, w2, w3].map(i32::from);
+                *dot = dot.wrapping_add(w0 * y0 + w1 * y1 + w2 * y2 + w3 * y3);
+            }
         }
     }
     dots
@@ -88,7 +88,8 @@ impl Dots {
 /// Dot product of a view and a row of 16-bit coefficients.
 fn dot_i16(view: &[Pair], row: &[Pair]) -> i32 {
     let products = view.iter().zip(row).map(|(&Pair([g, h]), &Pair([a, b]))| {
-        (i32::from(g) * i32::from(a)).wrapping_add(i32::from(h) * i32::from(b))
+        let even = i32::from(g).wrapping_mul(i32::from(a));
+        even.wrapping_add(i32::from(h).wrapping_mul(i32::from(b)))
     });
     products.fold(0, i32::wrapping_add)
 }

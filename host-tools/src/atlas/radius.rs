@@ -14,9 +14,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use eigenmark_core::landmark::Metric;
-use rayon::prelude::*;
 
-use crate::select::metric_distance;
+use crate::select::nearest_others;
 
 /// A radius must not grow by rounding, nor a distance on board shrink: a few of 2⁻²⁴ each.
 const FLOAT_MARGIN: f64 = 1.0 - 1.0 / (1 << 20) as f64;
@@ -31,17 +30,16 @@ pub fn radii(
     landmarks: &[u32],
     error: f64,
 ) -> Vec<f32> {
-    let point =
-        |view: u32| &coordinates[(view as usize - 1) * dimensions..view as usize * dimensions];
-    landmarks
-        .par_iter()
-        .map(|&view| {
-            let nearest = landmarks
-                .iter()
-                .filter(|&&other| other != view)
-                .map(|&other| metric_distance(metric, point(view), point(other)))
-                .fold(f64::INFINITY, f64::min);
-            let norm = point(view).iter().map(|g| g * g).sum::<f64>().sqrt();
+    let points: Vec<f64> = landmarks
+        .iter()
+        .flat_map(|&view| &coordinates[(view as usize - 1) * dimensions..][..dimensions])
+        .copied()
+        .collect();
+    points
+        .chunks_exact(dimensions)
+        .zip(nearest_others(metric, &points, dimensions))
+        .map(|(point, nearest)| {
+            let norm = point.iter().map(|g| g * g).sum::<f64>().sqrt();
             narrowed(metric, nearest / 2.0, norm, error)
         })
         .collect()
