@@ -1,8 +1,8 @@
 //! Camera pixels, borrowed and checked once.
 //!
 //! A [`Frame`] is 8-bit luminance, row by row, with a stride. By the camera convention its largest centred square, at
-//! nominal altitude and heading, shows exactly one view's footprint on the map; everything after this layer sees only
-//! that square ([`Frame::square_row`]).
+//! nominal altitude and heading, shows exactly one view's footprint on the map. What the square does not show, only
+//! frames of a known pose are asked for.
 //!
 //! Coordinates: x to the right, y down, the origin is the top-left corner of the top-left pixel.
 
@@ -94,7 +94,7 @@ impl<'a> Frame<'a> {
             });
         }
         Ok(Self {
-            pixels,
+            pixels: &pixels[..needed],
             width,
             height,
             stride,
@@ -113,14 +113,33 @@ impl<'a> Frame<'a> {
         self.height
     }
 
+    /// All pixels, from the first of the first row to the last of the last: row `y` starts at `y * stride()`.
+    #[must_use]
+    pub fn pixels(&self) -> &'a [u8] {
+        self.pixels
+    }
+
+    /// Bytes from row to row.
+    #[must_use]
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
     /// Side of the largest centred square, in pixels.
     #[must_use]
     pub fn square_side(&self) -> u16 {
         self.width.min(self.height)
     }
 
-    /// Row `y` of the largest centred square, `square_side()` pixels. An odd margin is split with the larger half
-    /// right and below.
+    /// Left and top of the largest centred square, in pixels. An odd margin is split with the larger half right and
+    /// below.
+    #[must_use]
+    pub fn square_corner(&self) -> [u16; 2] {
+        let side = self.square_side();
+        [(self.width - side) / 2, (self.height - side) / 2]
+    }
+
+    /// Row `y` of the largest centred square, `square_side()` pixels.
     ///
     /// # Panics
     /// When `y` is not below [`square_side`](Self::square_side).
@@ -128,8 +147,7 @@ impl<'a> Frame<'a> {
     pub fn square_row(&self, y: u16) -> &'a [u8] {
         let side = self.square_side();
         assert!(y < side, "row {y} of a square of {side} rows");
-        let top = usize::from((self.height - side) / 2);
-        let left = usize::from((self.width - side) / 2);
+        let [left, top] = self.square_corner().map(usize::from);
         let start = (top + usize::from(y)) * self.stride + left;
         &self.pixels[start..start + usize::from(side)]
     }

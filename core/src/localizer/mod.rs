@@ -6,13 +6,13 @@ mod fix;
 use crate::{
     atlas::Atlas,
     frame::Frame,
-    preprocess::{View, reduce},
+    preprocess::{Coverage, Pose, View, level, reduce},
 };
 
 pub use digest::{digest, reduction_matches_reference};
 pub use fix::Fix;
 
-/// Finds frames in an atlas. Holds one view as scratch and nothing else; every frame is answered on its own.
+/// Finds frames in an atlas. Holds one view as scratch, and how much of it was seen; every frame is answered on its own.
 ///
 /// # Examples
 /// ```no_run
@@ -28,6 +28,7 @@ pub use fix::Fix;
 pub struct Localizer<'a> {
     atlas: Atlas<'a>,
     view: View,
+    coverage: Coverage,
 }
 
 const _: () = assert!(size_of::<Localizer<'_>>() <= 4096);
@@ -37,7 +38,12 @@ impl<'a> Localizer<'a> {
     #[must_use]
     pub fn new(atlas: Atlas<'a>) -> Self {
         let view = View::black(atlas.eigenspace().side());
-        Self { atlas, view }
+        let coverage = Coverage::whole(&view);
+        Self {
+            atlas,
+            view,
+            coverage,
+        }
     }
 
     /// The atlas it was made with.
@@ -51,6 +57,32 @@ impl<'a> Localizer<'a> {
     #[must_use]
     pub fn locate(&mut self, frame: &Frame<'_>) -> Option<Fix> {
         reduce(frame, &mut self.view);
+        self.coverage = Coverage::whole(&self.view);
         Fix::of_view(&self.atlas, &self.view)
+    }
+
+    /// Where a frame of known pose was taken. The nominal pose gives the bits of [`locate`](Self::locate), at its
+    /// cost; any other takes the general view path ([`level`](level())).
+    ///
+    /// `None` as in `locate`, and when less than half of the view was seen. What a frame does not show is guessed, so
+    /// a fix whose view was not seen wholly is never `guaranteed`.
+    #[must_use]
+    pub fn locate_at(&mut self, frame: &Frame<'_>, pose: &Pose) -> Option<Fix> {
+        if pose.is_nominal() {
+            return self.locate(frame);
+        }
+        self.coverage = level(frame, pose, &mut self.view);
+        if !self.coverage.is_half() {
+            return None;
+        }
+        let mut fix = Fix::of_view(&self.atlas, &self.view)?;
+        fix.guaranteed &= self.coverage.is_whole();
+        Some(fix)
+    }
+
+    /// How much of its view the last frame showed; all of it before the first.
+    #[must_use]
+    pub fn coverage(&self) -> Coverage {
+        self.coverage
     }
 }

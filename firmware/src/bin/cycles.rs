@@ -14,7 +14,7 @@ use eigenmark_core::{
     atlas::Atlas,
     frame::Frame,
     localizer::Localizer,
-    preprocess::{View, reduce},
+    preprocess::{Pose, PoseError, View, level, reduce},
 };
 use eigenmark_firmware::{
     atlas_region::{self, Slot},
@@ -44,6 +44,14 @@ fn main() -> ! {
     meter.measure(format_args!("reduce_160x120_{side}"), 20, || {
         reduce(black_box(&frame), black_box(&mut view));
     });
+    let Ok(pose) = test_pose() else { fail() };
+    meter.measure(format_args!("view_general_160x120_{side}"), 20, || {
+        black_box(level(
+            black_box(&frame),
+            black_box(&pose),
+            black_box(&mut view),
+        ));
+    });
     meter.measure(format_args!("project_{side}x{side}_{k}"), 50, || {
         black_box(atlas.eigenspace().project(black_box(&view)));
     });
@@ -68,6 +76,15 @@ fn main() -> ! {
         black_box(localizer.locate(black_box(&frame)));
     });
     succeed()
+}
+
+/// Heading 30°, altitude ratio 1.1, roll 5°, pitch −4°, field of view 60°.
+fn test_pose() -> Result<Pose, PoseError> {
+    Pose::new(30_f32.to_radians(), 1.1)?.tilted(
+        5_f32.to_radians(),
+        -4_f32.to_radians(),
+        60_f32.to_radians(),
+    )
 }
 
 struct Meter {
