@@ -1,8 +1,8 @@
 //! Camera pixels, borrowed and checked once.
 //!
 //! A [`Frame`] is 8-bit luminance, row by row, with a stride. By the camera convention its largest centred square, at
-//! nominal altitude and heading, shows exactly one view's footprint on the map; everything after this layer sees only
-//! that square ([`Frame::square_row`]).
+//! nominal altitude and heading, shows exactly one view's footprint on the map. What the square does not show, only
+//! frames of a known pose are asked for.
 //!
 //! Coordinates: x to the right, y down, the origin is the top-left corner of the top-left pixel.
 
@@ -94,7 +94,7 @@ impl<'a> Frame<'a> {
             });
         }
         Ok(Self {
-            pixels,
+            pixels: &pixels[..needed],
             width,
             height,
             stride,
@@ -113,10 +113,10 @@ impl<'a> Frame<'a> {
         self.height
     }
 
-    /// Side of the largest centred square, in pixels.
+    /// All pixels, from the first of the first row to the last of the last: row `y` starts at `y * stride()`.
     #[must_use]
-    pub fn square_side(&self) -> u16 {
-        self.width.min(self.height)
+    pub fn pixels(&self) -> &'a [u8] {
+        self.pixels
     }
 
     /// Bytes from row to row.
@@ -125,8 +125,21 @@ impl<'a> Frame<'a> {
         self.stride
     }
 
-    /// Row `y` of the largest centred square, `square_side()` pixels. An odd margin is split with the larger half
-    /// right and below.
+    /// Side of the largest centred square, in pixels.
+    #[must_use]
+    pub fn square_side(&self) -> u16 {
+        self.width.min(self.height)
+    }
+
+    /// Left and top of the largest centred square, in pixels. An odd margin is split with the larger half right and
+    /// below.
+    #[must_use]
+    pub fn square_corner(&self) -> [u16; 2] {
+        let side = self.square_side();
+        [(self.width - side) / 2, (self.height - side) / 2]
+    }
+
+    /// Row `y` of the largest centred square, `square_side()` pixels.
     ///
     /// # Panics
     /// When `y` is not below [`square_side`](Self::square_side).
@@ -149,8 +162,7 @@ impl<'a> Frame<'a> {
     fn square_start(&self, y: u16) -> usize {
         let side = self.square_side();
         assert!(y < side, "row {y} of a square of {side} rows");
-        let top = usize::from((self.height - side) / 2);
-        let left = usize::from((self.width - side) / 2);
+        let [left, top] = self.square_corner().map(usize::from);
         (top + usize::from(y)) * self.stride + left
     }
 }

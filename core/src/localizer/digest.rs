@@ -4,7 +4,7 @@ use crate::{
     atlas::Atlas,
     frame::Frame,
     localizer::{Fix, Localizer},
-    preprocess::{View, reduce, reduce_reference},
+    preprocess::{Pose, View, reduce, reduce_reference},
 };
 
 /// Frames that are located.
@@ -13,7 +13,8 @@ const FRAMES: u32 = 64;
 /// The largest frame that is located, in pixels.
 const MAX_LEN: usize = 160 * 120;
 
-/// CRC-32 of the fixes of 64 pseudo-random frames of different sizes and contrasts, computed by the code that flies.
+/// CRC-32 of the fixes of 64 pseudo-random frames of different sizes and contrasts, each at the nominal and at a
+/// pseudo-random pose, computed by the code that flies.
 ///
 /// A board and a host that disagree on any bit of any fix give different numbers.
 #[must_use]
@@ -24,10 +25,14 @@ pub fn digest(atlas: &Atlas<'_>) -> u32 {
     for number in 0..FRAMES {
         let mut buffer = [0; MAX_LEN];
         let frame = pseudo_random_frame(number, &mut buffer);
-        let fix: Option<Fix> = frame.and_then(|frame| localizer.locate(&frame));
-        let mut encoded = [0; 64];
-        if let Ok(bytes) = postcard::to_slice(&fix, &mut encoded) {
-            digest.update(bytes);
+        for pose in [Some(Pose::NOMINAL), pseudo_random_pose(number)] {
+            let fix: Option<Fix> = frame
+                .zip(pose)
+                .and_then(|(frame, pose)| localizer.locate_at(&frame, &pose));
+            let mut encoded = [0; 64];
+            if let Ok(bytes) = postcard::to_slice(&fix, &mut encoded) {
+                digest.update(bytes);
+            }
         }
     }
     digest.finalize()
@@ -49,6 +54,18 @@ pub fn reduction_matches_reference() -> bool {
     })
 }
 
+/// Every heading, climbs and sinks, and tilts up to 12°, every fourth time none. `None` would be a number out of range.
+fn pseudo_random_pose(number: u32) -> Option<Pose> {
+    // From −1 to 1, in steps that do not repeat within the frames.
+    let share = |factor: u32| (number * factor % 127) as f32 / 63.0 - 1.0;
+    let pose = Pose::new(3.1 * share(29), 1.2 + 0.4 * share(53)).ok()?;
+    if number.is_multiple_of(4) {
+        return Some(pose);
+    }
+    pose.tilted(0.2 * share(71), 0.2 * share(97), 1.2 + 0.5 * share(11))
+        .ok()
+}
+
 /// Blocks of random levels: contrast at the scale of views, so that fixes differ.
 fn pseudo_random_frame(number: u32, buffer: &mut [u8; MAX_LEN]) -> Option<Frame<'_>> {
     let width = 32 + (number * 37 % 129) as u16;
@@ -65,4 +82,14 @@ fn pseudo_random_frame(number: u32, buffer: &mut [u8; MAX_LEN]) -> Option<Frame<
         *pixel = levels[(x * 8 / usize::from(width)) + 8 * (y * 8 / usize::from(height))];
     }
     Frame::new(pixels, width, height, usize::from(width)).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pose_of_the_digest_is_one() {
+        assert!((0..FRAMES).all(|number| pseudo_random_pose(number).is_some()));
+    }
 }

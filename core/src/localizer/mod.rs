@@ -7,13 +7,14 @@ use crate::{
     atlas::Atlas,
     eigenspace::Coefficients,
     frame::Frame,
-    preprocess::{View, reduce},
+    preprocess::{Coverage, Pose, View, level, reduce},
 };
 
 pub use digest::{digest, reduction_matches_reference};
 pub use fix::Fix;
 
-/// Finds frames in an atlas. Holds one view and its coefficients as scratch, and nothing else; every frame is answered on its own.
+/// Finds frames in an atlas. Holds one view, its coefficients, and how much of it was seen; every frame is answered on
+/// its own.
 ///
 /// # Examples
 /// ```no_run
@@ -30,6 +31,7 @@ pub struct Localizer<'a> {
     atlas: Atlas<'a>,
     view: View,
     coefficients: Coefficients,
+    coverage: Coverage,
 }
 
 const _: () = assert!(size_of::<Localizer<'_>>() <= 4096);
@@ -40,10 +42,12 @@ impl<'a> Localizer<'a> {
     pub fn new(atlas: Atlas<'a>) -> Self {
         let view = View::black(atlas.eigenspace().side());
         let coefficients = Coefficients::zeros(atlas.eigenspace().dimensions());
+        let coverage = Coverage::whole(&view);
         Self {
             atlas,
             view,
             coefficients,
+            coverage,
         }
     }
 
@@ -58,6 +62,7 @@ impl<'a> Localizer<'a> {
     #[must_use]
     pub fn locate(&mut self, frame: &Frame<'_>) -> Option<Fix> {
         reduce(frame, &mut self.view);
+        self.coverage = Coverage::whole(&self.view);
         Fix::new(&self.atlas, &self.view, &mut self.coefficients)
     }
 
@@ -65,5 +70,30 @@ impl<'a> Localizer<'a> {
     #[must_use]
     pub fn locate_view(&mut self, view: &View) -> Option<Fix> {
         Fix::new(&self.atlas, view, &mut self.coefficients)
+    }
+
+    /// Where a frame of known pose was taken. The nominal pose gives the bits of [`locate`](Self::locate), at its
+    /// cost; any other takes the general view path ([`level`](level())).
+    ///
+    /// `None` as in `locate`, and when less than half of the view was seen. What a frame does not show is guessed, so
+    /// a fix whose view was not seen wholly is never `guaranteed`.
+    #[must_use]
+    pub fn locate_at(&mut self, frame: &Frame<'_>, pose: &Pose) -> Option<Fix> {
+        if pose.is_nominal() {
+            return self.locate(frame);
+        }
+        self.coverage = level(frame, pose, &mut self.view);
+        if !self.coverage.is_half() {
+            return None;
+        }
+        let mut fix = Fix::new(&self.atlas, &self.view, &mut self.coefficients)?;
+        fix.guaranteed &= self.coverage.is_whole();
+        Some(fix)
+    }
+
+    /// How much of its view the last frame showed; all of it before the first.
+    #[must_use]
+    pub fn coverage(&self) -> Coverage {
+        self.coverage
     }
 }

@@ -4,11 +4,18 @@
 //! ([`reduce`]). Blur, high-pass and the removal of the mean are linear, so the trainer folds them into the basis and
 //! they cost nothing here; only the unit-variance normalization needs Σy and Σy² of the view, which are kept with it.
 
+mod level;
+mod pose;
 mod reduce;
 mod reference;
 
 use crate::kernel::{self, PIXELS_PER_GROUP, Pixels};
 
+pub use level::{Coverage, level};
+pub use pose::{
+    MAX_ALTITUDE_RATIO, MAX_FIELD_OF_VIEW_RAD, MAX_HEADING_RAD, MAX_TILT_RAD, MIN_ALTITUDE_RATIO,
+    MIN_FIELD_OF_VIEW_RAD, Pose, PoseError, Tilt,
+};
 pub use reduce::reduce;
 pub use reference::reduce as reduce_reference;
 

@@ -18,7 +18,7 @@ use eigenmark_core::{
     frame::Frame,
     landmark::Width,
     localizer::Localizer,
-    preprocess::{View, reduce},
+    preprocess::{Pose, PoseError, View, level, reduce},
 };
 use eigenmark_firmware::{
     atlas_region::{self, Slot},
@@ -62,6 +62,14 @@ fn main() -> ! {
     let mut coefficients = Coefficients::zeros(k);
     meter.measure(format_args!("reduce_160x120_{side}"), 20, || {
         reduce(black_box(&frame), black_box(&mut view));
+    });
+    let Ok(pose) = test_pose() else { fail() };
+    meter.measure(format_args!("view_general_160x120_{side}"), 20, || {
+        black_box(level(
+            black_box(&frame),
+            black_box(&pose),
+            black_box(&mut view),
+        ));
     });
     meter.measure(format_args!("project_{side}x{side}_{k}"), 50, || {
         black_box(
@@ -121,6 +129,15 @@ fn match_dense(meter: &mut Meter, atlas: &Atlas<'_>) {
     meter.measure(format_args!("match_{DENSE}_{k}{width}"), 5, || {
         black_box(table.nearest(black_box(&coefficients), ranges.clone()));
     });
+}
+
+/// Heading 30°, altitude ratio 1.1, roll 5°, pitch −4°, field of view 60°.
+fn test_pose() -> Result<Pose, PoseError> {
+    Pose::new(30_f32.to_radians(), 1.1)?.tilted(
+        5_f32.to_radians(),
+        -4_f32.to_radians(),
+        60_f32.to_radians(),
+    )
 }
 
 struct Meter {

@@ -76,6 +76,8 @@ impl Deviation {
             altitude_ratio: self.altitude_ratio.powf(side()),
             gamma: self.gamma.powf(side()),
             noise: self.noise * side().abs(),
+            roll_rad: 0.0,
+            pitch_rad: 0.0,
         }
     }
 }

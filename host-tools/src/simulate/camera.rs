@@ -1,8 +1,11 @@
 //! Rendering a frame from the map.
 //!
-//! The camera looks straight down. The largest centred square of its frame covers `altitude_ratio × footprint` of the
-//! map around its position, turned by its heading (clockwise from map-up to frame-up). Every pixel is the mean of
-//! bilinear samples spread over its area, so that frames coarser than the map are anti-aliased; then gamma, then noise.
+//! The largest centred square of the frame of a camera that looks straight down covers `altitude_ratio × footprint` of
+//! the map around its position, turned by its heading (clockwise from map-up to frame-up). Roll and pitch then turn the
+//! camera, as in the core's `preprocess::Pose`. Every pixel is the mean of bilinear samples spread over its area, so
+//! that frames coarser than the map are anti-aliased; then gamma, then noise.
+
+use std::f64::consts::PI;
 
 use eigenmark_core::{atlas::Atlas, frame::Frame, landmark::Point};
 use rand::Rng;
@@ -13,6 +16,9 @@ use crate::map::Map;
 const WIDTH: u16 = 160;
 const HEIGHT: u16 = 120;
 
+/// Field of view over the side of the square, in radians: 60°.
+const FIELD_OF_VIEW_RAD: f64 = 60.0 * PI / 180.0;
+
 /// Samples per pixel and direction, at most: enough for windows of 1920 pixels, and nearly for larger ones.
 const MAX_SAMPLES: f64 = 8.0;
 
@@ -22,17 +28,22 @@ pub struct Camera {
     width: u16,
     height: u16,
     footprint_px: f64,
+    field_of_view_rad: f64,
 }
 
 /// Where the camera is and how bright it is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scene {
-    /// Middle of the frame on the map.
+    /// Where the camera is on the map; the middle of the frame without tilt.
     pub place: Point,
     /// Heading in radians, clockwise from map-up to frame-up.
     pub heading_rad: f64,
     /// Altitude over nominal altitude.
     pub altitude_ratio: f64,
+    /// Roll in radians, right side down: the camera looks left.
+    pub roll_rad: f64,
+    /// Pitch in radians, nose up: the camera looks ahead.
+    pub pitch_rad: f64,
     /// Exponent of the brightness, 1 for none: level ↦ 255·(level/255)^gamma.
     pub gamma: f64,
     /// Standard deviation of the noise, in gray levels.
@@ -51,13 +62,14 @@ pub struct CameraFrame {
 }
 
 impl Camera {
-    /// A 160×120 camera for the views of `atlas`.
+    /// A 160×120 camera for the views of `atlas`, with a field of view of 60° over the side of its square.
     #[must_use]
     pub fn for_atlas(atlas: &Atlas<'_>) -> Self {
         Self {
             width: WIDTH,
             height: HEIGHT,
             footprint_px: f64::from(atlas.header().footprint_px),
+            field_of_view_rad: FIELD_OF_VIEW_RAD,
         }
     }
 
@@ -81,7 +93,28 @@ impl Camera {
         }
     }
 
-    /// Whether everything that the square shows lies on the map.
+    /// Angle over the side of the square, in radians.
+    #[must_use]
+    pub fn field_of_view_rad(&self) -> f64 {
+        self.field_of_view_rad
+    }
+
+    /// Whether everything that the frame shows lies on the map.
+    #[must_use]
+    pub fn is_on_map(&self, map: &Map, scene: &Scene) -> bool {
+        let projection = Projection::new(self, scene);
+        let (right, below) = (f64::from(self.width), f64::from(self.height));
+        [[0.0, 0.0], [right, 0.0], [0.0, below], [right, below]]
+            .into_iter()
+            .all(|corner| {
+                projection.ground(corner).is_some_and(|[x, y]| {
+                    (0.0..=f64::from(map.width())).contains(&x)
+                        && (0.0..=f64::from(map.height())).contains(&y)
+                })
+            })
+    }
+
+    /// Whether everything that the square shows lies on the map, for a camera that looks straight down.
     #[must_use]
     pub fn is_inside(map: &Map, footprint_px: f64, scene: &Scene) -> bool {
         let half = footprint_px * scene.altitude_ratio / 2.0;
@@ -92,8 +125,12 @@ impl Camera {
         inside(scene.place.x_px, map.width()) && inside(scene.place.y_px, map.height())
     }
 
-    /// Renders `scene` into a frame made by [`frame`](Self::frame). Beyond the map its border pixels are repeated.
+    /// Renders `scene` into a frame made by [`frame`](Self::frame). Beyond the map its border pixels are repeated; what
+    /// lies at the horizon or beyond is black.
     pub fn render(&self, map: &Map, scene: &Scene, random: &mut impl Rng, frame: &mut CameraFrame) {
+        if scene.roll_rad != 0.0 || scene.pitch_rad != 0.0 {
+            return self.render_tilted(map, scene, random, frame);
+        }
         let side = f64::from(self.width.min(self.height));
         let pitch = self.footprint_px * scene.altitude_ratio / side; // map pixels per frame pixel
         // A bilinear sample reaches two map pixels, so samples up to two apart miss nothing.
@@ -127,12 +164,111 @@ impl Camera {
                         sum += u64::from(sampler.bilinear(at(0), at(1)));
                     }
                 }
-                let level = (sum + (count << 15)) / (count << 16); // 0 to 255
-                let level = levels[level as usize] + scene.noise * gaussian(random);
-                *pixel = (level + 0.5).clamp(0.0, 255.0) as u8; // truncates
+                *pixel = expose(mean(sum, count), &levels, scene.noise, random);
             }
         }
     }
+
+    /// The same for a camera that does not look straight down: every sample has a ray of its own.
+    fn render_tilted(
+        &self,
+        map: &Map,
+        scene: &Scene,
+        random: &mut impl Rng,
+        frame: &mut CameraFrame,
+    ) {
+        let projection = Projection::new(self, scene);
+        let levels = gamma_table(scene.gamma);
+        let sampler = Sampler::new(map);
+        for (row, pixels) in (0..).zip(frame.pixels.chunks_exact_mut(usize::from(self.width))) {
+            for (column, pixel) in (0..).zip(pixels) {
+                let corner = [f64::from(column), f64::from(row)];
+                let samples = projection.samples(corner);
+                let mut sum = 0_u64;
+                for index in 0..samples * samples {
+                    let share = |i: u32| (f64::from(i) + 0.5) / f64::from(samples);
+                    let (across, along) = (share(index % samples), share(index / samples));
+                    if let Some([x, y]) = projection.ground([corner[0] + across, corner[1] + along])
+                    {
+                        // The map's pixel centres lie at halves.
+                        sum += u64::from(sampler.bilinear(fixed(x - 0.5), fixed(y - 0.5)));
+                    }
+                }
+                let mean = mean(sum, u64::from(samples * samples));
+                *pixel = expose(mean, &levels, scene.noise, random);
+            }
+        }
+    }
+}
+
+/// From the frame to the ground: x·z, y·z and z of the map position, linear in (column, row, 1).
+struct Projection {
+    rows: [[f64; 3]; 3],
+}
+
+impl Projection {
+    fn new(camera: &Camera, scene: &Scene) -> Self {
+        let half = f64::from(camera.width.min(camera.height)) / 2.0;
+        let t = (camera.field_of_view_rad / 2.0).tan();
+        let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+        // The ray in the body's axes.
+        let forward = [0.0, -t / half, height / 2.0 * t / half];
+        let right = [t / half, 0.0, -width / 2.0 * t / half];
+        let down = [0.0, 0.0, 1.0];
+        // In level axes: out of the roll, out of the pitch.
+        let turn = |a: [f64; 3], b: [f64; 3], angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            let mix =
+                |p: [f64; 3], x: f64, q: [f64; 3], y: f64| [0, 1, 2].map(|i| x * p[i] + y * q[i]);
+            (mix(a, cos, b, -sin), mix(a, sin, b, cos))
+        };
+        let (right, down) = turn(right, down, scene.roll_rad);
+        let (forward, down) = turn(forward, down, -scene.pitch_rad);
+        // On the map.
+        let altitude = camera.footprint_px / 2.0 * scene.altitude_ratio / t;
+        let (sin, cos) = scene.heading_rad.sin_cos();
+        let at = |place: f32, ahead: f64, aside: f64| {
+            [0, 1, 2].map(|i| {
+                f64::from(place) * down[i] + altitude * (ahead * forward[i] + aside * right[i])
+            })
+        };
+        Self {
+            rows: [
+                at(scene.place.x_px, sin, cos),
+                at(scene.place.y_px, -cos, sin),
+                down,
+            ],
+        }
+    }
+
+    /// The map position that a frame position shows; `None` at the horizon and beyond.
+    fn ground(&self, [column, row]: [f64; 2]) -> Option<[f64; 2]> {
+        let [x, y, z] = self.rows.map(|[a, b, c]| a * column + b * row + c);
+        (z > 1e-6).then(|| [x / z, y / z])
+    }
+
+    /// Samples per direction in the frame pixel that starts at a position: a bilinear sample reaches two map pixels.
+    fn samples(&self, [column, row]: [f64; 2]) -> u32 {
+        let corner = |across: f64, along: f64| self.ground([column + across, row + along]);
+        let (Some(a), Some(b), Some(c)) = (corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0))
+        else {
+            return 1;
+        };
+        let length = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
+        let pitch = length(a, b).max(length(a, c));
+        (pitch / 2.0).ceil().clamp(1.0, MAX_SAMPLES) as u32
+    }
+}
+
+/// The mean of `count` samples of the map from their sum: 0 to 255, rounded half up.
+fn mean(sum: u64, count: u64) -> u8 {
+    ((sum + (count << 15)) / (count << 16)) as u8
+}
+
+/// What the sensor makes of a level.
+fn expose(level: u8, levels: &[f64], noise: f64, random: &mut impl Rng) -> u8 {
+    let level = levels[usize::from(level)] + noise * gaussian(random);
+    (level + 0.5).clamp(0.0, 255.0) as u8 // truncates
 }
 
 /// The map between its pixel centres, in fixed point: a frame is a few hundred thousand samples.
@@ -191,13 +327,15 @@ impl CameraFrame {
 }
 
 impl Scene {
-    /// Exactly above a place: nominal heading, altitude and light.
+    /// Exactly above a place: nominal heading, altitude and light, no tilt.
     #[must_use]
     pub fn nominal(place: Point) -> Self {
         Self {
             place,
             heading_rad: 0.0,
             altitude_ratio: 1.0,
+            roll_rad: 0.0,
+            pitch_rad: 0.0,
             gamma: 1.0,
             noise: 0.0,
         }
@@ -237,6 +375,7 @@ mod tests {
             width: 100,
             height: 100,
             footprint_px: 100.0,
+            field_of_view_rad: FIELD_OF_VIEW_RAD,
         };
         let mut frame = camera.frame();
         let scene = Scene::nominal(Point {
@@ -259,6 +398,7 @@ mod tests {
             width: 100,
             height: 100,
             footprint_px: 100.0,
+            field_of_view_rad: FIELD_OF_VIEW_RAD,
         };
         let mut frame = camera.frame();
         let heading_rad = std::f64::consts::FRAC_PI_2;
@@ -274,6 +414,80 @@ mod tests {
             .max_by_key(|&i| frame.pixels[i])
             .expect("pixels");
         assert!(brightest / 100 <= 1, "row {}", brightest / 100);
+    }
+
+    /// A frame of the map in the middle of which a square is bright.
+    fn tilted(roll_rad: f64, pitch_rad: f64) -> (CameraFrame, Camera) {
+        let picture = GrayImage::from_fn(400, 300, |x, y| {
+            image::Luma([if x.abs_diff(200) < 3 && y.abs_diff(150) < 3 {
+                255
+            } else {
+                40
+            }])
+        });
+        let camera = Camera {
+            width: 160,
+            height: 120,
+            footprint_px: 120.0,
+            field_of_view_rad: FIELD_OF_VIEW_RAD,
+        };
+        let scene = Scene {
+            roll_rad,
+            pitch_rad,
+            ..Scene::nominal(Point {
+                x_px: 200.5,
+                y_px: 150.5,
+            })
+        };
+        let map = Map::from_luminance("test", picture);
+        let mut frame = camera.frame();
+        camera.render(&map, &scene, &mut seeded(1, 1), &mut frame);
+        (frame, camera)
+    }
+
+    #[test]
+    fn a_tilted_camera_sees_what_is_below_off_the_middle() {
+        // F·tan 0.1 = 60 / tan 30° · 0.1003 = 10.4 pixels.
+        for (roll, pitch, expected) in [(0.1, 0.0, [90.4, 60.0]), (0.0, 0.1, [80.0, 70.4])] {
+            let (frame, _) = tilted(roll, pitch);
+            let bright = frame.pixels.iter().enumerate().filter(|&(_, &p)| p > 150);
+            let (mut sum, mut count) = ([0.0, 0.0], 0.0);
+            for (i, _) in bright {
+                sum[0] += (i % 160) as f64 + 0.5;
+                sum[1] += (i / 160) as f64 + 0.5;
+                count += 1.0;
+            }
+            for axis in 0..2 {
+                let found = sum[axis] / count;
+                assert!((found - expected[axis]).abs() < 0.5, "{found} {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_hardly_tilted_frame_is_nearly_the_untilted_one() {
+        let largest = |a: &CameraFrame, b: &CameraFrame| {
+            let pairs = a.pixels.iter().zip(&b.pixels);
+            pairs.map(|(a, b)| a.abs_diff(*b)).max()
+        };
+        let (level, _) = tilted(0.0, 0.0);
+        assert!(largest(&level, &tilted(1e-9, 0.0).0) <= Some(1));
+        assert!(largest(&level, &tilted(0.0, 1e-9).0) <= Some(1));
+    }
+
+    #[test]
+    fn frames_that_leave_the_map_are_noticed() {
+        let (_, camera) = tilted(0.0, 0.0);
+        let at = |x_px, y_px, pitch_rad| {
+            let scene = Scene {
+                pitch_rad,
+                ..Scene::nominal(Point { x_px, y_px })
+            };
+            camera.is_on_map(&map(), &scene)
+        };
+        assert!(at(80.0, 60.0, 0.0) && !at(79.9, 60.0, 0.0));
+        assert!(!at(80.0, 60.0, 0.1), "looks over the upper edge");
+        assert!(!at(200.0, 150.0, 1.2), "looks beyond the horizon");
     }
 
     #[test]
