@@ -33,7 +33,7 @@ const NARROWING: f32 = 0.7;
 const TOTAL_VIEWS: usize = 8000;
 
 /// Views rendered per landmark, at least.
-const MIN_PER_LANDMARK: usize = 8;
+const MIN_PER_LANDMARK: usize = 4;
 
 /// Landmarks that take part; more would only take longer.
 const MAX_CALIBRATED: usize = 2000;

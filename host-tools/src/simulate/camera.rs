@@ -288,20 +288,31 @@ impl<'a> Sampler<'a> {
     }
 
     /// 2¹⁶ times the level at (x, y), in 1/2¹⁶ pixels; pixel centres lie at whole pixels.
+    #[inline]
     fn bilinear(&self, x: i64, y: i64) -> u32 {
-        let clamp = |at: i64, size: usize| at.clamp(0, size as i64 - 1) as usize;
-        let (column, row) = (x >> 16, y >> 16);
-        let (left, right) = (clamp(column, self.width), clamp(column + 1, self.width));
-        let (above, below) = (
-            clamp(row, self.height) * self.width,
-            clamp(row + 1, self.height) * self.width,
-        );
         let (u, v) = ((x >> 8 & 0xff) as u32, (y >> 8 & 0xff) as u32);
-        let at = |i: usize| u32::from(self.pixels[i]);
-        let top = at(above + left) * (256 - u) + at(above + right) * u;
-        let bottom = at(below + left) * (256 - u) + at(below + right) * u;
+        let between = |left: u8, right: u8| u32::from(left) * (256 - u) + u32::from(right) * u;
+        // Negative coordinates become large ones.
+        let (column, row) = ((x >> 16) as usize, (y >> 16) as usize);
+        let (top, bottom) = if column < self.width - 1 && row < self.height - 1 {
+            let above = &self.pixels[row * self.width + column..];
+            let below = &above[self.width..];
+            (between(above[0], above[1]), between(below[0], below[1]))
+        } else {
+            let [left, right] = [0, 1].map(|next| clamped((x >> 16) + next, self.width));
+            let row = |next: i64| {
+                let row = clamped((y >> 16) + next, self.height) * self.width;
+                between(self.pixels[row + left], self.pixels[row + right])
+            };
+            (row(0), row(1))
+        };
         top * (256 - v) + bottom * v
     }
+}
+
+/// The pixel at a coordinate, or the nearest there is.
+fn clamped(at: i64, size: usize) -> usize {
+    at.clamp(0, size as i64 - 1) as usize
 }
 
 /// A coordinate in 1/2¹⁶ pixels.
