@@ -12,7 +12,7 @@ use crate::{
         Eigenspace, MAX_DIMENSIONS, Normalize, ROWS_PER_BLOCK, padded_pixels, squared_norm,
         weight_count, weight_index,
     },
-    landmark::{LandmarkTable, lattice::candidate_count, row_len},
+    landmark::{LandmarkTable, Record, lattice::candidate_count, row_len},
     preprocess::{MAX_VIEW_SIDE, MIN_VIEW_SIDE},
 };
 
@@ -64,17 +64,24 @@ impl<'a> Atlas<'a> {
         check_eigenspace(&eigenspace)?;
 
         let coefficients = layout.coefficients.of(bytes);
+        let candidates = candidate_count(&header.lattices);
+        let records: &[Record] = cast(layout.records.of(bytes), Part::Records)?;
+        let mut in_order = records
+            .iter()
+            .zip(1..)
+            .map(|(record, view)| record.view == view);
         let landmarks = LandmarkTable {
             metric: header.metric,
             dimensions: header.dimensions,
             step: header.step,
             width: header.width,
             row_len: row_len(header.dimensions, header.width),
+            is_whole: header.landmarks == candidates && in_order.all(|is_next| is_next),
             coefficients: cast(coefficients, Part::Coefficients)?,
             squared_norms: cast(layout.squared_norms.of(bytes), Part::Records)?,
-            records: cast(layout.records.of(bytes), Part::Records)?,
+            records,
         };
-        check_landmarks(&landmarks, candidate_count(&header.lattices))?;
+        check_landmarks(&landmarks, candidates)?;
 
         let thumbnails = layout.thumbnails.of(bytes);
         Ok(Self {

@@ -5,6 +5,7 @@
 
 pub mod lattice;
 mod nearest;
+mod prior;
 mod refine;
 
 use bytemuck::{Pod, Zeroable};
@@ -57,6 +58,8 @@ pub struct LandmarkTable<'a> {
     pub(crate) width: Width,
     /// Words per row.
     pub(crate) row_len: usize,
+    /// Landmark i (0-based) is candidate i + 1, and none is missing.
+    pub(crate) is_whole: bool,
     pub(crate) coefficients: &'a [Pair],
     pub(crate) squared_norms: &'a [u32],
     pub(crate) records: &'a [Record],
@@ -137,6 +140,12 @@ impl<'a> LandmarkTable<'a> {
         self.step
     }
 
+    /// Whether it is a table of whole lattices: all candidates, in their order.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
     /// Width of the stored coefficients.
     #[must_use]
     pub fn width(&self) -> Width {
@@ -155,6 +164,7 @@ impl<'a> LandmarkTable<'a> {
         let count = count.clamp(1, self.len());
         Self {
             coefficients: &self.coefficients[..count * self.row_len],
+            is_whole: self.is_whole && count == self.len(),
             squared_norms: &self.squared_norms[..count],
             records: &self.records[..count],
             ..*self

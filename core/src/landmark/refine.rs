@@ -37,8 +37,8 @@ impl LandmarkTable<'_> {
     /// Where a view with these coefficients was taken, between the neighbours of the landmark (0-based) it is nearest
     /// to: at most one step of the lattice away from it.
     ///
-    /// `None` when the lattice's step is wider than `widest_px`, the landmark's neighbours are not in the table beside it (tables of whole lattices store candidates in
-    /// their order), or they have no maximum between them.
+    /// `None` when the table is not one of whole lattices, the lattice's step is wider than `widest_px`, or the
+    /// similarities have no maximum there.
     #[must_use]
     pub fn refine(
         &self,
@@ -52,13 +52,12 @@ impl LandmarkTable<'_> {
         }
         let record = self.records.get(landmark as usize)?;
         let window = lattice::find(lattices, record.view)?;
-        if window.lattice.stride_px > widest_px {
+        if !self.is_whole || window.lattice.stride_px > widest_px {
             return None;
         }
         let mut split = [Pair::default(); MAX_DIMENSIONS as usize / 2];
         let view = self.prepare(coefficients, &mut split);
-        let neighbourhood =
-            self.neighbourhood(&window, landmark, view, coefficients.squared_norm());
+        let neighbourhood = self.neighbourhood(&window, view, coefficients.squared_norm());
         let (x, y) = maximum(&neighbourhood)?;
         let stride = window.lattice.stride_px;
         let at = window.lattice.point(window.column, window.row);
@@ -68,13 +67,7 @@ impl LandmarkTable<'_> {
         })
     }
 
-    fn neighbourhood(
-        &self,
-        window: &Window,
-        landmark: u32,
-        view: &[Pair],
-        squared_norm: u32,
-    ) -> Neighbourhood {
+    fn neighbourhood(&self, window: &Window, view: &[Pair], squared_norm: u32) -> Neighbourhood {
         let mut neighbourhood = Neighbourhood::default();
         let mut dots = Dots::new();
         for (line, dy) in neighbourhood.iter_mut().zip(-1..=1) {
@@ -82,14 +75,7 @@ impl LandmarkTable<'_> {
                 let Some(view_number) = window.neighbour(dx, dy) else {
                     continue;
                 };
-                // As far away in the table as in the lattice.
-                let index = i64::from(landmark) + i64::from(view_number) - i64::from(window.view);
-                let Ok(index) = usize::try_from(index) else {
-                    continue;
-                };
-                if self.records.get(index).map(|record| record.view) != Some(view_number) {
-                    continue;
-                }
+                let index = view_number as usize - 1;
                 let rows = index * self.row_len..(index + 1) * self.row_len;
                 let (Some(row), Some(&norm)) =
                     (self.coefficients.get(rows), self.squared_norms.get(index))

@@ -1,5 +1,7 @@
 //! The answer.
 
+use core::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -24,7 +26,7 @@ pub struct Fix {
     pub position: Point,
     /// Distance to the landmark, in the metric's unit.
     pub distance: f32,
-    /// Distance to the second nearest landmark; `f32::MAX` in a table of one.
+    /// Distance to the second nearest landmark; `f32::MAX` when only one was looked at.
     pub second: f32,
     /// `second` over `distance`, at least 1; `f32::MAX` when the distance is zero.
     pub margin: f32,
@@ -39,17 +41,17 @@ pub struct Fix {
 }
 
 impl Fix {
-    /// Finds a view in an atlas, with room for its k coefficients. `None` when the view has nothing to go by, as in
-    /// [`Localizer::locate`](super::Localizer::locate), or its side is not the atlas's.
-    #[must_use]
+    /// Finds a view among some ranges of an atlas's landmarks, with room for its k coefficients. `None` when the view has
+    /// nothing to go by, its side is not the atlas's, or the ranges are empty.
     pub(super) fn new(
         atlas: &Atlas<'_>,
         view: &View,
         coefficients: &mut Coefficients,
+        among: impl IntoIterator<Item = Range<u32>>,
     ) -> Option<Self> {
         let projection = atlas.eigenspace().project(view, coefficients)?;
         let landmarks = atlas.landmarks();
-        let nearest = landmarks.nearest(coefficients, landmarks.everywhere())?;
+        let nearest = landmarks.nearest(coefficients, among)?;
         let record = landmarks.records().get(nearest.first.landmark as usize)?;
         let place = place(atlas.lattices(), record.view)?;
         let pixel_px = atlas.header().footprint_px / f32::from(atlas.eigenspace().side());

@@ -3,6 +3,8 @@
 mod digest;
 mod fix;
 
+use core::ops::Range;
+
 use crate::{
     atlas::Atlas,
     eigenspace::Coefficients,
@@ -61,15 +63,15 @@ impl<'a> Localizer<'a> {
     /// normalizes contrast).
     #[must_use]
     pub fn locate(&mut self, frame: &Frame<'_>) -> Option<Fix> {
-        reduce(frame, &mut self.view);
-        self.coverage = Coverage::whole(&self.view);
-        Fix::new(&self.atlas, &self.view, &mut self.coefficients)
+        self.look(frame);
+        self.fix(self.atlas.landmarks().everywhere())
     }
 
     /// Where a view was taken that is already reduced; `None` also when its side is not the atlas's.
     #[must_use]
     pub fn locate_view(&mut self, view: &View) -> Option<Fix> {
-        Fix::new(&self.atlas, view, &mut self.coefficients)
+        let everywhere = self.atlas.landmarks().everywhere();
+        Fix::new(&self.atlas, view, &mut self.coefficients, everywhere)
     }
 
     /// Where a frame of known pose was taken. The nominal pose gives the bits of [`locate`](Self::locate), at its
@@ -79,14 +81,39 @@ impl<'a> Localizer<'a> {
     /// a fix whose view was not seen wholly is never `guaranteed`.
     #[must_use]
     pub fn locate_at(&mut self, frame: &Frame<'_>, pose: &Pose) -> Option<Fix> {
+        self.locate_among(frame, pose, self.atlas.landmarks().everywhere())
+    }
+
+    /// The same among some ranges of the landmarks only, such as those [`near`](crate::landmark::LandmarkTable::near) a
+    /// place; `None` also when there is none. `second` and `margin` are among them, too; a `guaranteed` landmark is the
+    /// nearest of all.
+    #[must_use]
+    pub fn locate_among(
+        &mut self,
+        frame: &Frame<'_>,
+        pose: &Pose,
+        among: impl IntoIterator<Item = Range<u32>>,
+    ) -> Option<Fix> {
         if pose.is_nominal() {
-            return self.locate(frame);
+            self.look(frame);
+        } else {
+            self.coverage = level(frame, pose, &mut self.view);
         }
-        self.coverage = level(frame, pose, &mut self.view);
         if !self.coverage.is_half() {
             return None;
         }
-        let mut fix = Fix::new(&self.atlas, &self.view, &mut self.coefficients)?;
+        self.fix(among)
+    }
+
+    /// Reduces a frame of nominal pose.
+    fn look(&mut self, frame: &Frame<'_>) {
+        reduce(frame, &mut self.view);
+        self.coverage = Coverage::whole(&self.view);
+    }
+
+    /// Finds the view.
+    fn fix(&mut self, among: impl IntoIterator<Item = Range<u32>>) -> Option<Fix> {
+        let mut fix = Fix::new(&self.atlas, &self.view, &mut self.coefficients, among)?;
         fix.guaranteed &= self.coverage.is_whole();
         Some(fix)
     }
