@@ -326,19 +326,19 @@ impl Dots {
 
     /// See [`portable::Dots::of`].
     #[inline]
-    pub fn of(&mut self, kernel: Kernel, view: &[Pair], rows: &[Pair]) -> &[i32] {
-        let len = kernel.row_len(view);
-        if len == 0 {
+    pub fn of(&mut self, kernel: Kernel, view: &[Pair], rows: &[Pair], count: usize) -> &[i32] {
+        let (len, count) = (kernel.row_len(view), count.min(BATCH));
+        let dots = &mut self.0[..count];
+        if rows.len() < count * len {
             return &[];
         }
-        let count = BATCH.min(rows.len() / len);
-        let dots = &mut self.0[..count];
         match kernel {
             Kernel::I16 if len == 8 => eight_words(view, rows, dots),
-            Kernel::I16 => dots_i16(view, rows, dots),
-            Kernel::I8 => dots_i8(view, rows, dots),
+            Kernel::I16 if len > 0 => dots_i16(view, rows, dots),
+            Kernel::I8 if len > 0 => dots_i8(view, rows, dots),
+            _ => dots.fill(MaybeUninit::new(0)),
         }
-        // SAFETY: the kernels have written all of them.
+        // SAFETY: all of them have been written.
         unsafe { initialized(dots) }
     }
 }

@@ -69,13 +69,17 @@ impl Dots {
         Self([0; BATCH])
     }
 
-    /// The dot products that `kernel` computes of `view` and the first [`BATCH`] of the rows.
+    /// The dot products that `kernel` computes of `view` and the first `count` rows, [`BATCH`] at most; none when there
+    /// are not as many rows.
     #[inline]
-    pub fn of(&mut self, kernel: Kernel, view: &[Pair], rows: &[Pair]) -> &[i32] {
-        let len = kernel.row_len(view).max(1);
-        let count = BATCH.min(rows.len() / len);
+    pub fn of(&mut self, kernel: Kernel, view: &[Pair], rows: &[Pair], count: usize) -> &[i32] {
+        let (len, count) = (kernel.row_len(view), count.min(BATCH));
+        let Some(rows) = rows.get(..count * len) else {
+            return &[];
+        };
         let dots = &mut self.0[..count];
-        for (row, dot) in rows.chunks_exact(len).zip(&mut *dots) {
+        for (index, dot) in dots.iter_mut().enumerate() {
+            let row = &rows[index * len..(index + 1) * len];
             *dot = match kernel {
                 Kernel::I16 => dot_i16(view, row),
                 Kernel::I8 => dot_i8(view, row),
@@ -195,7 +199,7 @@ mod tests {
             let mut halves = std::vec![Pair([0; 2]); words.len()];
             split(&words, &mut halves);
             let mut dots = Dots::new();
-            prop_assert_eq!(dots.of(Kernel::I8, &halves, &pairs(&packed)), [expected]);
+            prop_assert_eq!(dots.of(Kernel::I8, &halves, &pairs(&packed), 1), [expected]);
         }
     }
 

@@ -117,11 +117,15 @@ impl LandmarkTable<'_> {
             let mut start = range.start as usize;
             let end = (range.end as usize).min(self.len());
             while start < end {
-                let next = (start + BATCH).min(end);
-                let rows = &self.coefficients[start * len..next * len];
-                let dots = dots.of(kernel, view, rows);
-                search.offer(start as u32, dots, &self.squared_norms[start..next]);
-                start = next;
+                let count = (end - start).min(BATCH);
+                let (Some(rows), Some(norms)) = (
+                    self.coefficients.get(start * len..),
+                    self.squared_norms.get(start..start + count),
+                ) else {
+                    return;
+                };
+                search.offer(start as u32, dots.of(kernel, view, rows, count), norms);
+                start += count;
             }
         }
     }
