@@ -39,11 +39,14 @@ const LARGEST: (u16, u16) = (320, 240);
 /// Every so many frames one is a slightly deviated view of a landmark, as a camera of 160×120 pixels sees it.
 const RENDERED_EVERY: usize = 5;
 
-/// Instruction counts may rise by this share before the record must be renewed.
+/// Instruction counts and sizes may rise by this share before the record must be renewed.
 const MAX_RISE: f64 = 0.02;
 
-/// Most that the navigator may take of flash, without an atlas.
+/// Budgets: RAM of the localizer without frames, stack, flash of the navigator without an atlas, and the report's atlas.
+const MAX_LOCALIZER_BYTES: u64 = 4 * 1024;
+const MAX_STACK_BYTES: u64 = 8 * 1024;
 const MAX_FIRMWARE_BYTES: u64 = 96 * 1024;
+const MAX_ATLAS_BYTES: u64 = 16 * 1024;
 
 fn trained(map: &TestMap, selection: Selection) -> (Map, AtlasBuffer) {
     let opened = map.open();
@@ -337,18 +340,14 @@ fn the_selftest_passes_and_its_digest_is_the_hosts() {
         let (_, atlas) = trained(&map, Selection::All);
         let (code, logs) = run(&Board::flashed(&firmware).with_atlas(&atlas));
         assert_eq!(code, 0, "{logs:?}");
-        let printed = logs
-            .iter()
-            .find(|log| log.level.is_none())
-            .expect("a result");
-        let result: serde_json::Value = serde_json::from_str(&printed.text).expect("JSON");
+        let result = printed(&logs);
         assert_eq!(
             result["digest"],
             format!("{:08x}", digest(&atlas.atlas())),
             "{}",
             map.name
         );
-        println!("{}: {}", map.name, printed.text);
+        println!("{}: {result}", map.name);
     }
 }
 
@@ -397,46 +396,68 @@ fn instruction_counts_do_not_rise_above_their_record() {
         let printed = logs.into_iter().filter(|log| log.level.is_none());
         lines.extend(printed.map(|log| log.text));
     }
-    let path = maps::workspace().join("firmware/cycles.jsonl");
+    compare_with_record("cycles.jsonl", "instructions", &lines);
+}
+
+#[test]
+fn sizes_do_not_rise_above_their_record() {
+    if !has_emulator() {
+        return;
+    }
+    let firmware = fs::read(board::firmware("navigator").expect("builds")).expect("readable");
+    let flash = board::flash_bytes(&firmware).expect("an ELF file");
+    let selftest = board::firmware("selftest").expect("builds");
+    let atlas = tables::report(&Progress::Hidden).expect("trains");
+    let (code, logs) = run(&Board::flashed(&selftest).with_atlas(&atlas));
+    assert_eq!(code, 0, "{logs:?}");
+    let result = printed(&logs);
+    let bytes = |key: &str| result[key].as_u64().expect("a number of bytes");
+    let mut lines = Vec::new();
+    for (name, bytes, budget) in [
+        ("localizer", bytes("localizer_bytes"), MAX_LOCALIZER_BYTES),
+        ("stack", bytes("stack_bytes"), MAX_STACK_BYTES),
+        ("navigator_flash", flash, MAX_FIRMWARE_BYTES),
+        ("atlas_83", atlas.bytes().len() as u64, MAX_ATLAS_BYTES),
+    ] {
+        assert!(bytes <= budget, "{name}: {bytes} bytes, budget {budget}");
+        lines.push(format!("{{\"name\":\"{name}\",\"bytes\":{bytes}}}"));
+    }
+    compare_with_record("sizes.jsonl", "bytes", &lines);
+}
+
+/// What the self-test prints at its end.
+fn printed(logs: &[Log]) -> serde_json::Value {
+    let printed = logs.iter().find(|log| log.level.is_none());
+    serde_json::from_str(&printed.expect("a result").text).expect("JSON")
+}
+
+/// Compares lines of JSON with their record in `firmware/`, or renews it.
+fn compare_with_record(file: &str, unit: &str, lines: &[String]) {
+    let path = maps::workspace().join("firmware").join(file);
     if std::env::var_os("EIGENMARK_BLESS").is_some() {
         fs::write(&path, lines.join("\n") + "\n").expect("writable");
         return;
     }
-    let record = counts(fs::read_to_string(&path).expect("the record").lines());
-    let measured = counts(lines.iter().map(String::as_str));
+    let numbers = |lines: &mut dyn Iterator<Item = &str>| -> BTreeMap<String, u64> {
+        let parsed = lines.map(|line| {
+            let value: serde_json::Value = serde_json::from_str(line).expect("JSON");
+            let name = value["name"].as_str().expect("a name").to_owned();
+            (name, value[unit].as_u64().expect("a number"))
+        });
+        parsed.collect()
+    };
+    let record = numbers(&mut fs::read_to_string(&path).expect("the record").lines());
+    let measured = numbers(&mut lines.iter().map(String::as_str));
     assert_eq!(
         measured.keys().collect::<Vec<_>>(),
         record.keys().collect::<Vec<_>>()
     );
-    for (name, instructions) in measured {
-        println!(
-            "{name}: {instructions} instructions, on record {}",
-            record[&name]
-        );
+    for (name, number) in measured {
+        let recorded = record[&name];
+        println!("{name}: {number} {unit}, on record {recorded}");
         assert!(
-            instructions as f64 <= record[&name] as f64 * (1.0 + MAX_RISE),
-            "{name}: {instructions} instructions, on record {}; EIGENMARK_BLESS=1 renews the record",
-            record[&name]
+            number as f64 <= recorded as f64 * (1.0 + MAX_RISE),
+            "{name}: {number} {unit}, on record {recorded}; EIGENMARK_BLESS=1 renews the record",
         );
     }
-}
-
-fn counts<'a>(lines: impl Iterator<Item = &'a str>) -> BTreeMap<String, u64> {
-    lines
-        .map(|line| {
-            let value: serde_json::Value = serde_json::from_str(line).expect("JSON");
-            (
-                value["name"].as_str().expect("a name").to_owned(),
-                value["instructions"].as_u64().expect("a count"),
-            )
-        })
-        .collect()
-}
-
-#[test]
-fn the_firmware_fits_its_flash_budget() {
-    let firmware = fs::read(board::firmware("navigator").expect("builds")).expect("readable");
-    let bytes = board::flash_bytes(&firmware).expect("an ELF file");
-    println!("navigator: {bytes} bytes of flash");
-    assert!(bytes <= MAX_FIRMWARE_BYTES, "{bytes} bytes");
 }
