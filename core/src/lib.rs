@@ -13,7 +13,7 @@
 //! | [`math`] | rounding and roots with the same bits everywhere | what the numbers mean |
 //! | [`kernel`] | integer loops, each twice: plain, and for Armv7E-M | what the numbers mean |
 //! | [`frame`] | camera pixels, borrowed and checked | who took them |
-//! | [`preprocess`] | frame → view: exact area averaging, sums for normalization | eigenspaces |
+//! | [`preprocess`] | frame → view: exact area averaging, or levelling from a known pose; sums for normalization | eigenspaces |
 //! | [`eigenspace`] | view → coefficients, distance from feature space | landmarks |
 //! | [`landmark`] | coefficients → nearest landmarks; where candidates lie on the map | frames |
 //! | [`explore`] | views → an eigenspace learned on the way, and landmarks chosen online | frames, maps, atlases |

@@ -342,9 +342,247 @@ fn json_has_the_fields_of_the_contract() {
         "margin",
         "guaranteed",
         "known",
+        "seen",
     ] {
         assert!(!fix[field].is_null(), "{field}: {fix}");
     }
+}
+
+/// Runs `localize --json` on the good atlas; one object per frame.
+fn located(fixture: &Fixture, arguments: &[&str]) -> Vec<serde_json::Value> {
+    let atlas = fixture.name("good.atlas");
+    let output = run(&[&["localize", "--json", "--atlas", &atlas], arguments].concat());
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {stderr}");
+    let lines = String::from_utf8(output.stdout).expect("utf-8");
+    lines
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("an object"))
+        .collect()
+}
+
+/// The window of the fixture's map around the landmark (200, 150), as it is and turned clockwise: `north.png`, and
+/// `east.png` as a camera sees it whose frame-up is map-right.
+fn write_turned_frames(fixture: &Fixture) {
+    let north = image::imageops::crop_imm(&small_map(), 150, 100, 100, 100).to_image();
+    image::imageops::rotate270(&north)
+        .save(fixture.path("east.png"))
+        .expect("writable");
+    north.save(fixture.path("north.png")).expect("writable");
+}
+
+#[test]
+fn frames_are_located_at_their_poses() {
+    let fixture = Fixture::new();
+    write_turned_frames(&fixture);
+    let (north, east) = (fixture.name("north.png"), fixture.name("east.png"));
+    let plain = located(&fixture, &[&north]);
+    assert_eq!(plain[0]["seen"], 1.0);
+    let nominal = [
+        "--heading",
+        "0",
+        "--altitude",
+        "1",
+        "--roll",
+        "0",
+        "--pitch",
+        "0",
+        "--fov",
+        "70",
+    ];
+    assert_eq!(
+        located(&fixture, &[&nominal[..], &[&north]].concat()),
+        plain
+    );
+
+    let turned = located(&fixture, &["--heading", "90", &east]);
+    assert_eq!(turned, located(&fixture, &["--heading", "-270", &east]));
+    assert_eq!(turned[0]["landmark"], plain[0]["landmark"]);
+    let distance = |line: &serde_json::Value| line["distance"].as_f64().expect("a number");
+    let unturned = located(&fixture, &[&east]);
+    assert!(
+        (distance(&turned[0]) - distance(&plain[0])).abs() < 0.2 * distance(&unturned[0]),
+        "{turned:?} {plain:?} {unturned:?}"
+    );
+
+    let low = located(&fixture, &["--altitude", "0.6", &north]);
+    assert_eq!(
+        (&low[0]["landmark"], &low[0]["known"]),
+        (&().into(), &false.into())
+    );
+    assert!((low[0]["seen"].as_f64().expect("a share") - 0.36).abs() < 0.01);
+    let tilted = located(
+        &fixture,
+        &["--roll", "5", "--pitch", "-5", "--altitude", "0.9", &north],
+    );
+    let seen = tilted[0]["seen"].as_f64().expect("a share");
+    assert!((0.5..1.0).contains(&seen), "{seen}");
+    assert_eq!(tilted[0]["guaranteed"], false);
+    let narrow = located(
+        &fixture,
+        &[
+            "--roll",
+            "5",
+            "--pitch",
+            "-5",
+            "--altitude",
+            "0.9",
+            "--fov",
+            "20",
+            &north,
+        ],
+    );
+    assert!(narrow[0]["seen"].as_f64().expect("a share") < seen);
+}
+
+#[test]
+fn poses_come_from_a_file() {
+    let fixture = Fixture::new();
+    write_turned_frames(&fixture);
+    let poses = fixture.name("poses.csv");
+    let rows =
+        "altitude_ratio, frame, note, heading_deg\n1, north.png,\"a, b\", 0\n1.0,east.png,,90\n";
+    fs::write(&poses, rows).expect("writable");
+    let all = located(&fixture, &["--poses", &poses]);
+    let names: Vec<_> = all.iter().map(|line| line["frame"].clone()).collect();
+    assert_eq!(names, ["north.png", "east.png"]);
+    let (north, east) = (fixture.name("north.png"), fixture.name("east.png"));
+    let without_name = |mut line: serde_json::Value| {
+        line["frame"] = serde_json::Value::Null;
+        line
+    };
+    let single = [
+        located(&fixture, &[&north]),
+        located(&fixture, &["--heading", "90", &east]),
+    ]
+    .concat();
+    let both = located(&fixture, &["--poses", &poses, &east, &north]);
+    assert_eq!([both[1].clone(), both[0].clone()], *single);
+    for (from_file, given) in all.into_iter().zip(single) {
+        assert_eq!(without_name(from_file), without_name(given));
+    }
+
+    let rows =
+        format!("frame,heading_deg,altitude_ratio,roll_deg,pitch_deg\n{north},10,0.9,-3,4\n");
+    fs::write(&poses, rows).expect("writable");
+    let flags = [
+        "--heading",
+        "10",
+        "--altitude",
+        "0.9",
+        "--roll",
+        "-3",
+        "--pitch",
+        "4",
+        "--fov",
+        "50",
+        &north,
+    ];
+    assert_eq!(
+        located(&fixture, &["--poses", &poses, "--fov", "50"]),
+        located(&fixture, &flags)
+    );
+}
+
+#[test]
+fn poses_that_are_none_are_refused() {
+    let fixture = Fixture::new();
+    let refuses = |more: &[&str], expected: &str| {
+        let base = ["localize", "--atlas", "@good.atlas"];
+        fixture.refuses(&[&base[..], more].concat(), expected);
+    };
+    let flag = |flag: &str, value: &str, expected: &str| {
+        refuses(&[flag, value, "@map.png"], expected);
+    };
+    flag(
+        "--heading",
+        "361",
+        "a heading of 361.0°; expected -360 to 360°",
+    );
+    flag(
+        "--heading",
+        "north",
+        "invalid value 'north' for '--heading <DEG>'",
+    );
+    flag("--heading", "nan", "a heading of NaN°");
+    flag(
+        "--altitude",
+        "0.2",
+        "an altitude ratio of 0.2; expected 0.25 to 4",
+    );
+    flag(
+        "--altitude",
+        "-1",
+        "an altitude ratio of -1; expected 0.25 to 4",
+    );
+    flag("--roll", "61", "a roll of 61.0°; expected -60 to 60°");
+    flag("--pitch", "-90", "a pitch of -90.0°; expected -60 to 60°");
+    flag("--fov", "5", "a field of view of 5.0°; expected 10 to 150°");
+    flag(
+        "--poses",
+        "@absent.csv",
+        "absent.csv: cannot read the poses",
+    );
+    for single in ["--heading", "--altitude", "--roll", "--pitch"] {
+        refuses(
+            &["--poses", "@absent.csv", single, "1", "@map.png"],
+            "cannot be used with",
+        );
+    }
+
+    let path = fixture.path("poses.csv");
+    let file = |text: &[u8], expected: &str| {
+        fs::write(&path, text).expect("writable");
+        refuses(&["--poses", "@poses.csv", "@map.png"], expected);
+    };
+    let head = "frame,heading_deg,altitude_ratio\n";
+    file(b"", "poses.csv: line 1: expected a column frame, found ''");
+    file(
+        b"frame,heading,altitude_ratio\nmap.png,0,1\n",
+        "poses.csv: line 1: expected a column heading_deg, found 'frame,heading,altitude_ratio'",
+    );
+    file(
+        b"frame,heading_deg\nmap.png,0\n",
+        "poses.csv: line 1: expected a column altitude_ratio",
+    );
+    file(
+        head.as_bytes(),
+        "poses.csv: expected at least one frame, found none",
+    );
+    let rows = |rows: &str, expected: &str| file(format!("{head}{rows}").as_bytes(), expected);
+    rows(
+        "a.png,0,1\nmap.png,north,1\n",
+        "poses.csv: line 3: heading_deg: expected a number, found 'north'",
+    );
+    rows(
+        "map.png,0,\n",
+        "poses.csv: line 2: altitude_ratio: expected a number, found ''",
+    );
+    rows(
+        "map.png,0,9\n",
+        "poses.csv: line 2: an altitude ratio of 9; expected 0.25 to 4",
+    );
+    rows(
+        "map.png,0,1\nmap.png,0,1\n",
+        "poses.csv: line 3: expected one pose per frame, found map.png again",
+    );
+    rows(
+        "map.png,0\n",
+        "poses.csv: line 2: expected 3 columns, found 2",
+    );
+    rows(
+        "other.png,0,1\n",
+        "poses.csv: expected a line for the frame",
+    );
+    file(
+        &[head.as_bytes(), b"\xff.png,0,1\n"].concat(),
+        "poses.csv: CSV parse error: record 1 (line 2",
+    );
+    fs::write(&path, format!("{head}absent.png,0,1\n")).expect("writable");
+    refuses(
+        &["--poses", "@poses.csv"],
+        "absent.png: cannot read the picture",
+    );
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Camera pixels, borrowed and checked once.
 //!
 //! A [`Frame`] is 8-bit luminance, row by row, with a stride. By the camera convention its largest centred square, at
-//! nominal altitude and heading, shows exactly one view's footprint on the map. What the square does not show, only
-//! frames of a known pose are asked for.
+//! nominal altitude and heading, shows exactly one view's footprint on the map ([`Frame::square_row`]).
+//! Pixels beside the square matter only to frames of another, known pose.
 //!
 //! Coordinates: x to the right, y down, the origin is the top-left corner of the top-left pixel.
 

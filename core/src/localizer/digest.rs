@@ -54,7 +54,8 @@ pub fn reduction_matches_reference() -> bool {
     })
 }
 
-/// Every heading, climbs and sinks, and tilts up to 12°, every fourth time none. `None` would be a number out of range.
+/// Every heading, altitudes from 0.8 to 1.6, tilts up to 12° and every fourth time none. `None` would be a number out
+/// of range, which does not happen.
 fn pseudo_random_pose(number: u32) -> Option<Pose> {
     // From −1 to 1, in steps that do not repeat within the frames.
     let share = |factor: u32| (number * factor % 127) as f32 / 63.0 - 1.0;
@@ -87,9 +88,16 @@ fn pseudo_random_frame(number: u32, buffer: &mut [u8; MAX_LEN]) -> Option<Frame<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::preprocess::level;
 
     #[test]
-    fn every_pose_of_the_digest_is_one() {
-        assert!((0..FRAMES).all(|number| pseudo_random_pose(number).is_some()));
+    fn most_posed_frames_show_enough_to_be_located() {
+        let located = (0..FRAMES).filter(|&number| {
+            let mut buffer = [0; MAX_LEN];
+            let frame = pseudo_random_frame(number, &mut buffer).expect("valid");
+            let pose = pseudo_random_pose(number).expect("in range");
+            level(&frame, &pose, &mut View::black(20)).is_half()
+        });
+        assert!(located.count() as u32 > FRAMES * 3 / 4);
     }
 }

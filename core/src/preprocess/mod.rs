@@ -1,8 +1,10 @@
 //! Frame → view: a small square of pixels, and the sums that normalization needs.
 //!
-//! A [`View`] is what the eigenspace sees: v×v pixels of 8 bits, row-major, made by exact area averaging
-//! ([`reduce`]). Blur, high-pass and the removal of the mean are linear, so the trainer folds them into the basis and
-//! they cost nothing here; only the unit-variance normalization needs Σy and Σy² of the view, which are kept with it.
+//! A [`View`] is what the eigenspace sees: v×v pixels of 8 bits, row-major. It is made by exact area averaging
+//! ([`reduce`]), or, when the frame was taken at another pose than the nominal one and that is known, by sampling the
+//! frame turned, scaled and levelled ([`level`](level())). Blur, high-pass and the removal of the mean are linear, so
+//! the trainer folds them into the basis and they cost nothing here; only the unit-variance normalization needs Σy and
+//! Σy² of the view, which are kept with it.
 
 mod level;
 mod pose;

@@ -1,15 +1,14 @@
 //! How a frame was taken: what an autopilot knows about the vehicle besides where it is.
 //!
 //! ```text
-//!      heading: clockwise from        roll: right side down        pitch: nose up
-//!      map-up to frame-up             (seen from behind)           (seen from the right)
+//!   heading                     roll, seen from behind         pitch, seen from the right
 //!
-//!      map-up  frame-up                  left                             nose
-//!         │   ╱                              ╲__                       __╱
-//!         │h╱                                   ╲__                 __╱  pitch
-//!         │╱                             ────────roll──         ───╱──────────
-//!                                               right           tail
-//!                                  the camera looks left        the camera looks ahead
+//!   map-up    frame-up          left side up                                    nose up
+//!      │      ╱                   ──__                                      __──
+//!      │ h  ╱                         ──__   level                      __──   pitch
+//!      │  ╱                     ┈┈┈┈┈┈┈┈┈┈──__┈┈┈┈┈┈┈              ┈┈__──┈┈┈┈┈┈┈┈ level
+//!      │╱                            ╱  roll  ──              tail    ╲
+//!                               the camera looks left           the camera looks ahead
 //! ```
 //!
 //! **Notation.** Angles in radians. The altitude ratio is actual over nominal altitude, so the frame's centred square
@@ -27,11 +26,10 @@ use core::{
 /// The largest heading to either side, in radians: a whole turn.
 pub const MAX_HEADING_RAD: f32 = TAU;
 
-/// The smallest altitude ratio. A view's corner then lies 13,633 pixels from the corner of the largest frame at most,
-/// which [`level`](super::level()) relies on.
+/// The smallest altitude ratio: the frame's square shows a sixteenth of the view then.
 pub const MIN_ALTITUDE_RATIO: f32 = 0.25;
 
-/// The largest altitude ratio: the view is a quarter of the square then.
+/// The largest altitude ratio: the view takes a sixteenth of the square then.
 pub const MAX_ALTITUDE_RATIO: f32 = 4.0;
 
 /// The largest roll and pitch to either side, in radians: 60°.

@@ -64,11 +64,12 @@ fn main() -> ! {
         reduce(black_box(&frame), black_box(&mut view));
     });
     let Ok(pose) = test_pose() else { fail() };
+    let mut levelled = View::black(side);
     meter.measure(format_args!("view_general_160x120_{side}"), 20, || {
         black_box(level(
             black_box(&frame),
             black_box(&pose),
-            black_box(&mut view),
+            black_box(&mut levelled),
         ));
     });
     meter.measure(format_args!("project_{side}x{side}_{k}"), 50, || {

@@ -2,7 +2,7 @@
 
 use std::{
     io::{self, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
 };
 
 use anyhow::Context;
@@ -11,10 +11,14 @@ use eigenmark::{atlas::AtlasBuffer, map::load};
 use eigenmark_core::{
     frame::Frame,
     localizer::{Fix, Localizer},
+    preprocess::{Coverage, Pose},
 };
 use serde::Serialize;
 
-use super::print_json;
+use super::{
+    poses::{Degrees, Poses},
+    print_json,
+};
 
 /// Find picture files on the map, with the code that runs on board
 #[derive(Debug, Args)]
@@ -25,8 +29,52 @@ pub struct Cmd {
     /// Print one JSON object per line and frame
     #[arg(long)]
     json: bool,
-    /// Frames: PNG, JPEG or TIFF files whose largest centred square shows one view's footprint
-    #[arg(value_name = "FRAME", required = true)]
+    /// Heading of all frames: degrees clockwise from map-up to frame-up, −360 to 360
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    heading: f64,
+    /// Altitude of all frames over the nominal altitude, ¼ to 4: a frame's square covers RATIO × footprint
+    #[arg(
+        long,
+        value_name = "RATIO",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
+    altitude: f64,
+    /// Roll of all frames: degrees, right side down, −60 to 60
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    roll: f64,
+    /// Pitch of all frames: degrees, nose up, −60 to 60
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pitch: f64,
+    /// The camera's field of view over the side of a frame's square, in degrees, 10 to 150; matters when it is tilted
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 60.0,
+        allow_negative_numbers = true
+    )]
+    fov: f64,
+    /// Pose of each frame: a file with the columns frame,heading_deg,altitude_ratio and, if need be, roll_deg,pitch_deg
+    #[arg(long, value_name = "CSV", conflicts_with_all = ["heading", "altitude", "roll", "pitch"])]
+    poses: Option<PathBuf>,
+    /// Frames: PNG, JPEG or TIFF files whose largest centred square shows one view's footprint at the nominal pose
+    /// [default: all frames of --poses, relative to its folder]
+    #[arg(value_name = "FRAME", required_unless_present = "poses")]
     frames: Vec<String>,
 }
 
@@ -44,30 +92,59 @@ struct Line<'a> {
     from_feature_space: Option<f32>,
     guaranteed: bool,
     known: bool,
+    /// Share of the view that the frame showed.
+    seen: f32,
 }
 
 impl Cmd {
     pub fn run(self) -> anyhow::Result<()> {
         let buffer = AtlasBuffer::read(&self.atlas)?;
         let mut localizer = Localizer::new(buffer.atlas());
+        let frames = self.frames()?;
         let mut out = io::stdout().lock();
-        for (name, index) in self.frames.iter().zip(0..) {
-            let fix = locate(&mut localizer, name)?;
+        for ((name, path, pose), index) in frames.iter().zip(0..) {
+            let (fix, coverage) = locate(&mut localizer, path, pose)?;
             if index == 0 && !self.json {
                 print_head(&mut out)?;
             }
             if self.json {
-                print_json(&mut out, &Line::new(name, fix))?;
+                print_json(&mut out, &Line::new(name, fix, coverage))?;
             } else {
-                print_row(&mut out, name, fix)?;
+                print_row(&mut out, name, fix, coverage)?;
             }
         }
         Ok(())
     }
+
+    /// The frames to locate: what they are called, where they lie, and how they were taken.
+    fn frames(&self) -> anyhow::Result<Vec<(String, PathBuf, Pose)>> {
+        let given = |pose: &dyn Fn(&str) -> anyhow::Result<Pose>| {
+            self.frames
+                .iter()
+                .map(|name| Ok((name.clone(), name.into(), pose(name)?)))
+                .collect()
+        };
+        let Some(path) = &self.poses else {
+            let degrees = Degrees {
+                heading: self.heading,
+                altitude_ratio: self.altitude,
+                roll: self.roll,
+                pitch: self.pitch,
+                field_of_view: self.fov,
+            };
+            let pose = degrees.pose()?;
+            return given(&|_| Ok(pose));
+        };
+        let poses = Poses::read(path, self.fov)?;
+        if self.frames.is_empty() {
+            return Ok(poses.all());
+        }
+        given(&|name| poses.of(name))
+    }
 }
 
 impl<'a> Line<'a> {
-    fn new(frame: &'a str, fix: Option<Fix>) -> Self {
+    fn new(frame: &'a str, fix: Option<Fix>, coverage: Coverage) -> Self {
         Self {
             frame,
             landmark: fix.map(|fix| fix.landmark + 1),
@@ -80,33 +157,45 @@ impl<'a> Line<'a> {
             from_feature_space: fix.map(|fix| fix.from_feature_space),
             guaranteed: fix.is_some_and(|fix| fix.guaranteed),
             known: fix.is_some_and(|fix| fix.known),
+            seen: coverage.share(),
         }
     }
 }
 
-fn locate(localizer: &mut Localizer<'_>, name: &str) -> anyhow::Result<Option<Fix>> {
-    let picture = load(name.as_ref())?;
+fn locate(
+    localizer: &mut Localizer<'_>,
+    path: &Path,
+    pose: &Pose,
+) -> anyhow::Result<(Option<Fix>, Coverage)> {
+    let picture = load(path)?;
     // A side that does not fit 16 bits is longer than any frame's.
     let side = |length: u32| u16::try_from(length).unwrap_or(u16::MAX);
     let (width, height) = (side(picture.width()), side(picture.height()));
     let frame = Frame::new(picture.as_raw(), width, height, picture.width() as usize)
-        .with_context(|| name.to_owned())?;
-    Ok(localizer.locate(&frame))
+        .with_context(|| path.display().to_string())?;
+    let fix = localizer.locate_at(&frame, pose);
+    Ok((fix, localizer.coverage()))
 }
 
 fn print_head(out: &mut impl Write) -> io::Result<()> {
     writeln!(
         out,
-        "{:>8}{:>8}{:>20}{:>10}{:>10}  {:<12}{:<8}frame",
-        "landmark", "view", "position", "distance", "margin", "guaranteed", "known"
+        "{:>8}{:>8}{:>20}{:>10}{:>10}  {:<12}{:<8}{:>5}  frame",
+        "landmark", "view", "position", "distance", "margin", "guaranteed", "known", "seen"
     )
 }
 
-fn print_row(out: &mut impl Write, name: &str, fix: Option<Fix>) -> anyhow::Result<()> {
+fn print_row(
+    out: &mut impl Write,
+    name: &str,
+    fix: Option<Fix>,
+    coverage: Coverage,
+) -> anyhow::Result<()> {
+    let seen = format!("{:.0} %", 100.0 * coverage.share());
     let Some(fix) = fix else {
         writeln!(
             out,
-            "{:>8}{:>8}{:>20}{:>10}{:>10}  {:<12}{:<8}{name}",
+            "{:>8}{:>8}{:>20}{:>10}{:>10}  {:<12}{:<8}{seen:>5}  {name}",
             "-", "-", "-", "-", "-", "no", "no"
         )?;
         return Ok(());
@@ -120,7 +209,7 @@ fn print_row(out: &mut impl Write, name: &str, fix: Option<Fix>) -> anyhow::Resu
     };
     writeln!(
         out,
-        "{:>8}{:>8}{position:>20}{:>10.4}{margin:>10}  {:<12}{:<8}{name}",
+        "{:>8}{:>8}{position:>20}{:>10.4}{margin:>10}  {:<12}{:<8}{seen:>5}  {name}",
         fix.landmark + 1,
         fix.view,
         fix.distance,

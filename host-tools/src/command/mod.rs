@@ -4,6 +4,7 @@ mod choices;
 mod demo;
 mod inspect;
 mod localize;
+mod poses;
 mod train;
 
 use std::{

@@ -23,6 +23,7 @@ pub struct Homography {
 
 /// Where a view pixel lies in the frame: its middle, and how far that moves to the next view pixel to the right and
 /// downwards; [x, y] in units of 1/[`ONE`] pixel.
+#[derive(Clone, Copy)]
 pub struct Patch {
     pub middle: [f32; 2],
     pub right: [f32; 2],

@@ -81,7 +81,7 @@ impl<'a> Sampler<'a> {
             let sum = sum_packed(self.pixels, self.stride, corner, &lattice);
             return self.density.mean(sum);
         }
-        self.level_at_border(Patch { ..*patch }, before)
+        self.level_at_border(*patch, before)
     }
 
     /// The same, wherever the patch lies.
