@@ -116,6 +116,12 @@ impl Coefficients {
         Some(coefficients)
     }
 
+    /// Their number, k.
+    #[must_use]
+    pub fn dimensions(&self) -> u8 {
+        self.len
+    }
+
     /// The k values.
     #[must_use]
     pub fn values(&self) -> &[i16] {

@@ -18,7 +18,7 @@ use core::ops::Range;
 use super::{LandmarkTable, Metric, Width};
 use crate::{
     eigenspace::{Coefficients, MAX_DIMENSIONS},
-    kernel::{self, BATCH, Dots, Greatest, Pair, Ranked},
+    kernel::{self, BATCH, Dots, Greatest, Kernel, Pair, Ranked},
     math::{angle, sqrt},
 };
 
@@ -62,18 +62,16 @@ impl LandmarkTable<'_> {
         coefficients: &Coefficients,
         among: impl IntoIterator<Item = Range<u32>>,
     ) -> Option<Nearest> {
-        if coefficients.values().len() != usize::from(self.dimensions) {
+        if coefficients.dimensions() != self.dimensions {
             return None;
         }
         let mut search = Search::new(self.metric, coefficients.squared_norm());
-        // The two cases keep the room for split coefficients, and its zeros, from those who do not need it.
         match self.width {
-            Width::I16 => self.scan(among, coefficients.pairs(self.row_len), &mut search),
-            Width::I8 => {
-                let mut split = [Pair::default(); MAX_DIMENSIONS as usize / 2];
-                let view = self.prepare(coefficients, &mut split);
-                self.scan(among, view, &mut search);
+            Width::I16 => {
+                let view = coefficients.pairs(self.row_len);
+                self.scan(among, Kernel::I16, view, &mut search);
             }
+            Width::I8 => self.scan_split(among, coefficients, &mut search),
         }
         Some(Nearest {
             first: search.measured(search.greatest.first, self.step)?,
@@ -103,15 +101,29 @@ impl LandmarkTable<'_> {
         core::iter::once(0..self.len() as u32)
     }
 
+    /// Searches ranges of a table of 8-bit coefficients: apart, because of the room that it needs.
+    #[inline(never)]
+    fn scan_split(
+        &self,
+        among: impl IntoIterator<Item = Range<u32>>,
+        coefficients: &Coefficients,
+        search: &mut Search,
+    ) {
+        let mut split = [Pair::default(); MAX_DIMENSIONS as usize / 2];
+        let view = self.prepare(coefficients, &mut split);
+        self.scan(among, Kernel::I8, view, search);
+    }
+
     /// Searches ranges of the table.
     #[inline(always)]
     fn scan(
         &self,
         among: impl IntoIterator<Item = Range<u32>>,
+        kernel: Kernel,
         view: &[Pair],
         search: &mut Search,
     ) {
-        let (kernel, len) = (self.width.kernel(), self.row_len);
+        let len = self.row_len;
         let mut dots = Dots::new();
         for range in among {
             let mut start = range.start as usize;
@@ -170,22 +182,25 @@ impl Search {
                 let squared = divisor.wrapping_sub(numerator.wrapping_mul(2));
                 0.5 * (squared as f32 / divisor as f32)
             }
-            Metric::Cosine => {
-                let dot = i64::from(numerator);
-                let norms = i64::from(self.squared_norm) * i64::from(divisor);
-                // Cauchy-Schwarz: not negative. Both are exact, so that small angles are, too.
-                let across = (norms - dot * dot).max(0);
-                if norms == 0 {
-                    core::f32::consts::FRAC_PI_2
-                } else {
-                    angle(sqrt(across as f32), dot as f32)
-                }
-            }
+            Metric::Cosine => angle_between(numerator, self.squared_norm, divisor),
         };
         Some(Match {
             landmark: ranked.row,
             distance,
         })
+    }
+}
+
+/// The angle between two vectors from their dot product and squared norms.
+#[inline(never)]
+fn angle_between(dot: i32, a: i32, b: i32) -> f32 {
+    let (dot, norms) = (i64::from(dot), i64::from(a) * i64::from(b));
+    // Cauchy-Schwarz: not negative. Both are exact, so that small angles are, too.
+    let across = (norms - dot * dot).max(0);
+    if norms == 0 {
+        core::f32::consts::FRAC_PI_2
+    } else {
+        angle(sqrt(across as f32), dot as f32)
     }
 }
 
