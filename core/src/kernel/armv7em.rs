@@ -9,35 +9,102 @@
 use core::{arch::asm, mem::MaybeUninit};
 
 use super::{
-    BATCH, Greatest, Kernel, PAIRS_PER_GROUP, PIXELS_PER_GROUP, Pair, Pixels, ROWS_PER_BLOCK, SIX,
-    Weights, portable,
+    BATCH, Cuts, Greatest, Kernel, PAIRS_PER_GROUP, PIXELS_PER_GROUP, Pair, Pixels, ROWS_PER_BLOCK,
+    SIX, Weights, portable,
 };
 
-/// See [`portable::sum`]: an instruction per pixel, and some at the end.
-#[inline]
-pub fn sum(pixels: &[u8]) -> u32 {
-    let words = pixels.len() / PIXELS_PER_GROUP;
-    let mut sum = portable::sum(&pixels[words * PIXELS_PER_GROUP..]);
-    if words > 0 {
-        // SAFETY: the loop reads `words` words, not zero, from a slice that is at least that long. LDR needs no
-        // alignment.
-        unsafe {
-            asm!(
-                "2:",
-                "ldr    {word}, [{at}], #4",
-                "usada8 {sum}, {word}, {zero}, {sum}",
-                "subs   {words}, {words}, #1",
-                "bne    2b",
-                at = inout(reg) pixels.as_ptr() => _,
-                words = inout(reg) words => _,
-                sum = inout(reg) sum,
-                zero = in(reg) 0,
-                word = out(reg) _,
-                options(readonly, nostack),
-            );
-        }
+/// See [`portable::add_blocks`]: for blocks of whole words 4 instructions per word and 5 per block.
+pub fn add_blocks(row: &[u8], block: usize, sums: &mut [u32]) {
+    let count = row.len().checked_div(block).unwrap_or(0).min(sums.len());
+    if !block.is_multiple_of(PIXELS_PER_GROUP) || count == 0 {
+        return portable::add_blocks(row, block, sums);
     }
-    sum
+    // SAFETY: the loops read `count` runs of `block` bytes, a multiple of four and not zero, from `row`, which is at
+    // least that long, and as many sums. LDR needs no alignment.
+    unsafe {
+        asm!(
+            "2:",
+            "ldr    {sum}, [{sums}]",
+            "add    {end}, {at}, {block}",
+            "3:",
+            "ldr    {word}, [{at}], #4",
+            "usada8 {sum}, {word}, {zero}, {sum}",
+            "cmp    {at}, {end}",
+            "bne    3b",
+            "str    {sum}, [{sums}], #4",
+            "cmp    {sums}, {last}",
+            "bne    2b",
+            at = inout(reg) row.as_ptr() => _,
+            sums = inout(reg) sums.as_mut_ptr() => _,
+            last = in(reg) sums[..count].as_ptr_range().end,
+            block = in(reg) block,
+            zero = in(reg) 0,
+            sum = out(reg) _,
+            end = out(reg) _,
+            word = out(reg) _,
+            options(nostack),
+        );
+    }
+}
+
+/// See [`portable::sum_cuts`]: about 16 instructions per column, an instruction per pixel, and 4 for each that does not
+/// fill a word.
+pub fn sum_cuts(row: &[u8], cuts: &Cuts, sums: &mut [u32]) {
+    let slice = cuts.as_slice();
+    if row.len() < cuts.pixels() || sums.len() < slice.len() {
+        return portable::sum_cuts(row, cuts, sums);
+    }
+    let range = slice.as_ptr_range();
+    // SAFETY: the loop reads the cuts, which are never none, as many pixels as they take together, which `row` holds as
+    // was just checked, and writes as many sums, for which there is room. LDR and LDRH need no alignment here.
+    unsafe {
+        asm!(
+            "2:",
+            "ldrh   r9, [r1], #2",
+            "ldrh   r10, [r1], #2",
+            "ldrh   r12, [r1], #2",
+            "mul    r9, r9, r8",
+            "mov    r11, #0",
+            "subs   r10, r10, #4",
+            "blt    4f",
+            "3:",
+            "ldr    lr, [r0], #4",
+            "usada8 r11, lr, r5, r11",
+            "subs   r10, r10, #4",
+            "bge    3b",
+            "4:",
+            "adds   r10, r10, #4",
+            "beq    6f",
+            "5:",
+            "ldrb   lr, [r0], #1",
+            "subs   r10, r10, #1",
+            "add    r11, r11, lr",
+            "bne    5b",
+            "6:",
+            "mla    r9, r11, r4, r9",
+            "cmp    r12, #0",
+            "beq    7f",
+            "ldrb   r8, [r0], #1",
+            "mla    r9, r12, r8, r9",
+            "7:",
+            "str    r9, [r2], #4",
+            "cmp    r1, r3",
+            "bne    2b",
+            inout("r0") row.as_ptr() => _,
+            inout("r1") range.start => _,
+            inout("r2") sums.as_mut_ptr() => _,
+            in("r3") range.end,
+            in("r4") cuts.unit(),
+            in("r5") 0,
+            inout("r8") 0 => _,
+            out("r9") _,
+            out("r10") _,
+            out("r11") _,
+            out("r12") _,
+            out("lr") _,
+            options(nostack),
+        );
+    }
 }
 
 /// Twelve pixels of one row at r0: r11 and r12 collect the sums of the first and the last four, the halves of lr those

@@ -17,18 +17,22 @@ use bytemuck::{Pod, Zeroable};
 
 #[cfg(armv7em)]
 mod armv7em;
+mod cuts;
 mod portable;
 mod twins;
 
 #[cfg(armv7em)]
 pub(crate) use armv7em::{
-    Dots, block_dots, find_square, keep_greatest, mean_dot, reduce_sixfold, statistics, sum,
+    Dots, add_blocks, block_dots, find_square, keep_greatest, mean_dot, reduce_sixfold, statistics,
+    sum_cuts,
 };
 #[cfg(not(armv7em))]
 pub(crate) use portable::{
-    Dots, block_dots, find_square, keep_greatest, mean_dot, reduce_sixfold, statistics, sum,
+    Dots, add_blocks, block_dots, find_square, keep_greatest, mean_dot, reduce_sixfold, statistics,
+    sum_cuts,
 };
 
+pub(crate) use cuts::{Cuts, MAX_COLUMNS};
 pub use twins::{Disagreement, compare};
 
 /// Basis rows that are stored, and multiplied, together.

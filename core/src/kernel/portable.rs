@@ -1,13 +1,40 @@
 //! The kernels as their definitions say them.
 
 use super::{
-    BATCH, Greatest, Kernel, PAIRS_PER_GROUP, Pair, Pixels, ROWS_PER_BLOCK, Ranked, SIX, Weights,
+    BATCH, Cuts, Greatest, Kernel, PAIRS_PER_GROUP, Pair, Pixels, ROWS_PER_BLOCK, Ranked, SIX,
+    Weights,
 };
 
-/// Σ of some pixels.
+/// Adds every run of `block` pixels of a row to the sum of the same number.
 #[inline]
-pub fn sum(pixels: &[u8]) -> u32 {
-    pixels.iter().map(|&y| u32::from(y)).sum()
+pub fn add_blocks(row: &[u8], block: usize, sums: &mut [u32]) {
+    for (sum, run) in sums.iter_mut().zip(row.chunks_exact(block.max(1))) {
+        *sum = run
+            .iter()
+            .fold(*sum, |sum, &y| sum.wrapping_add(u32::from(y)));
+    }
+}
+
+/// Sums of a row's pixels over columns, each pixel weighted by the units that the column takes of it. A row that is
+/// shorter than the cuts leaves the sums as they were.
+#[inline]
+pub fn sum_cuts(row: &[u8], cuts: &Cuts, sums: &mut [u32]) {
+    if row.len() < cuts.pixels() {
+        return;
+    }
+    let mut rest = row;
+    let mut pixel = 0;
+    for (sum, cut) in sums.iter_mut().zip(cuts.as_slice()) {
+        let (run, after) = rest.split_at(cut.whole.into());
+        let whole: u32 = run.iter().map(|&y| u32::from(y)).sum();
+        *sum = u32::from(cut.first) * pixel + cuts.unit() * whole;
+        rest = after;
+        if let (1.., Some((&next, after))) = (cut.last, after.split_first()) {
+            pixel = u32::from(next);
+            *sum += u32::from(cut.last) * pixel;
+            rest = after;
+        }
+    }
 }
 
 /// Means of 6×6 blocks, rounded half up: one row of `view`, from rows of `stride` bytes.
@@ -18,7 +45,8 @@ pub fn reduce_sixfold(source: &[u8], stride: usize, view: &mut [u8]) {
     for (block, pixel) in view.iter_mut().enumerate() {
         let rows = (0..SIX).map_while(|row| source.get(row * stride + block * SIX..)?.get(..SIX));
         if rows.clone().count() == SIX {
-            *pixel = ((rows.map(sum).sum::<u32>() + 18) / 36) as u8;
+            let sum: u32 = rows.flatten().map(|&y| u32::from(y)).sum();
+            *pixel = ((sum + 18) / 36) as u8;
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Whether the fast kernels give the bits of their portable twins, on pseudo-random input of every shape.
 
-use super::{BATCH, Greatest, Kernel, PAIRS_PER_GROUP, Pair, Pixels, Weights, portable};
+use super::{BATCH, Cuts, Greatest, Kernel, PAIRS_PER_GROUP, Pair, Pixels, Weights, portable};
 
 /// The longest run of pixels that is tried, in groups.
 const MAX_GROUPS: usize = 128;
@@ -16,8 +16,10 @@ const MAX_ROW: usize = 64;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Disagreement {
-    /// Sum of pixels.
-    Sum,
+    /// Sums of blocks of a row.
+    AddBlocks,
+    /// Sums of fractional columns of a row.
+    SumCuts,
     /// Reduction by a whole ratio of six.
     ReduceSixfold,
     /// Projection on a block of rows.
@@ -110,9 +112,17 @@ pub fn compare(seed: u32, cases: u32) -> Result<(), Disagreement> {
 
 /// Also runs that start between words, and blocks that the pixels do not hold.
 fn compare_reduction(pixels: &[u8], random: &mut Random) -> Result<(), Disagreement> {
-    let (start, len) = (random.below(8), random.below(32));
+    let (start, len, block) = (random.below(8), random.below(400), random.below(18));
     let run = &pixels[start..start + len];
-    agree(super::sum(run) == portable::sum(run), Disagreement::Sum)?;
+    let (mut fast, mut plain) = ([7; 40], [7; 40]);
+    super::add_blocks(run, block, &mut fast);
+    portable::add_blocks(run, block, &mut plain);
+    agree(fast == plain, Disagreement::AddBlocks)?;
+    let cuts = Cuts::new(random.below(400) as u16, random.below(40) as u8);
+    let run = &pixels[start..];
+    super::sum_cuts(run, &cuts, &mut fast);
+    portable::sum_cuts(run, &cuts, &mut plain);
+    agree(fast == plain, Disagreement::SumCuts)?;
     let (stride, count) = (random.below(100), random.below(17));
     let (mut fast, mut plain) = ([0; 16], [0; 16]);
     super::reduce_sixfold(&pixels[start..], stride, &mut fast[..count]);

@@ -41,6 +41,7 @@ pub struct View {
     sum_of_squares: u32,
 }
 
+const _: () = assert!(MAX_VIEW_SIDE == kernel::MAX_COLUMNS);
 const _: () = assert!(MAX_PIXELS.is_multiple_of(PIXELS_PER_GROUP));
 const _: () = assert!(size_of::<View>() <= 2560);
 // Σy² of a full view of white pixels fits.

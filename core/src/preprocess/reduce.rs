@@ -7,13 +7,19 @@
 //! When q is a multiple of v, every view pixel is the plain mean of a block of whole pixels: the same number, by
 //! additions only. A ratio of six, which makes 20×20 pixels of a 160×120 frame, has a kernel of its own.
 //!
-//! **Cost.** An addition per source pixel; v sums on the stack. Fractional ratios add rows at the border of two view
-//! rows twice.
+//! **Cost.** An addition per source pixel, two multiplications per view column and source row for fractional ratios;
+//! twice v sums on the stack.
 //!
 //! **Limits.** Sums stay below 255.5·q² < 2³² for q ≤ [`MAX_SIDE`](crate::frame::MAX_SIDE).
 
 use super::{MAX_VIEW_SIDE, View};
-use crate::{frame::Frame, kernel};
+use crate::{
+    frame::Frame,
+    kernel::{self, Cuts},
+};
+
+/// Room for the columns of the largest view.
+const SIDE: usize = MAX_VIEW_SIDE as usize;
 
 /// Reduces the frame's centred square to the pixels of `view`, whose side is kept.
 ///
@@ -50,12 +56,10 @@ pub fn reduce(frame: &Frame<'_>, view: &mut View) {
 fn reduce_blocks(frame: &Frame<'_>, index: u16, row: &mut [u8]) {
     let block = usize::from(frame.square_side()) / row.len();
     let area = (block * block) as u32;
-    let mut sums = [0_u32; MAX_VIEW_SIDE as usize];
+    let mut sums = [0_u32; SIDE];
     for y in 0..block as u16 {
         let source = frame.square_row(index * block as u16 + y);
-        for (sum, run) in sums.iter_mut().zip(source.chunks_exact(block)) {
-            *sum += kernel::sum(run);
-        }
+        kernel::add_blocks(source, block, &mut sums[..row.len()]);
     }
     for (pixel, sum) in row.iter_mut().zip(sums) {
         *pixel = ((sum + area / 2) / area) as u8;
@@ -64,15 +68,18 @@ fn reduce_blocks(frame: &Frame<'_>, index: u16, row: &mut [u8]) {
 
 /// Any ratio.
 fn reduce_fractions(frame: &Frame<'_>, pixels: &mut [u8], q: u32, v: u32) {
-    let mut sums = [0_u32; MAX_VIEW_SIDE as usize];
+    let cuts = Cuts::new(q as u16, v as u8);
+    let (mut row_sums, mut sums) = ([0_u32; SIDE], [0_u32; SIDE]);
     let mut rows = pixels.chunks_exact_mut(v as usize);
     let mut filled = 0; // units of the current view row already covered
     for y in 0..q {
-        let source = frame.square_row(y as u16);
+        kernel::sum_cuts(frame.square_row(y as u16), &cuts, &mut row_sums);
         let mut left = v; // units of this source row not yet used
         while left > 0 {
             let used = left.min(q - filled);
-            add_row(source, q, v, used, &mut sums);
+            for (sum, row_sum) in sums.iter_mut().zip(&row_sums[..v as usize]) {
+                *sum += used * row_sum;
+            }
             left -= used;
             filled += used;
             if filled == q {
@@ -82,27 +89,6 @@ fn reduce_fractions(frame: &Frame<'_>, pixels: &mut [u8], q: u32, v: u32) {
                 filled = 0;
             }
         }
-    }
-}
-
-/// Adds `weight` times the horizontally averaged source row to the sums of the view's columns.
-///
-/// A column takes what is left of the pixel that it begins in, whole pixels, and part of the one that it ends in.
-fn add_row(source: &[u8], q: u32, v: u32, weight: u32, sums: &mut [u32]) {
-    let mut rest = source;
-    let (mut pixel, mut left) = (0, 0); // the pixel that the column begins in, and its units not yet used
-    for sum in &mut sums[..v as usize] {
-        let used = left.min(q);
-        let needed = q - used;
-        let (run, after) = rest.split_at((needed / v) as usize);
-        let mut row_sum = used * pixel + v * kernel::sum(run);
-        (left, rest) = (left - used, after);
-        let part = needed % v;
-        if let (1.., Some((&next, after))) = (part, after.split_first()) {
-            row_sum += part * u32::from(next);
-            (pixel, left, rest) = (u32::from(next), v - part, after);
-        }
-        *sum += weight * row_sum;
     }
 }
 
