@@ -328,10 +328,7 @@ impl Dots {
     #[inline]
     pub fn of(&mut self, kernel: Kernel, view: &[Pair], rows: &[Pair]) -> &[i32] {
         let len = kernel.row_len(view);
-        if len == 0 {
-            return &[];
-        }
-        let count = BATCH.min(rows.len() / len);
+        let count = BATCH.min(rows.len().checked_div(len).unwrap_or(0));
         let dots = &mut self.0[..count];
         match kernel {
             Kernel::I16 if len == 8 => eight_words(view, rows, dots),
@@ -378,23 +375,25 @@ fn dots_i8(view: &[Pair], rows: &[Pair], dots: &mut [MaybeUninit<i32>]) {
 }
 
 /// Hands rows of `words` words, as many as there are dots, to `work(a, b, pairs, dots)`: pairs that follow each
-/// other from `a` and `b` on, then an odd last row as a pair of itself.
+/// other from `a` and `b` on, then an odd last row as a pair of itself. All dots are zero when there are fewer rows.
 fn in_pairs(
     rows: &[Pair],
     words: usize,
     dots: &mut [MaybeUninit<i32>],
     work: impl Fn(*const Pair, *const Pair, usize, *mut i32),
 ) {
+    if rows.len() < dots.len() * words {
+        return dots.fill(MaybeUninit::new(0));
+    }
+    let row = |index: usize| rows.as_ptr().wrapping_add(index * words);
     let even = dots.len() & !1;
-    let (paired, rest) = rows.split_at(even * words);
     let (dots, last) = dots.split_at_mut(even);
     if even > 0 {
-        let second = paired[words..].as_ptr();
-        work(paired.as_ptr(), second, even / 2, dots.as_mut_ptr().cast());
+        work(row(0), row(1), even / 2, dots.as_mut_ptr().cast());
     }
     if let [dot] = last {
         let mut both = [0; 2];
-        work(rest.as_ptr(), rest.as_ptr(), 1, both.as_mut_ptr());
+        work(row(even), row(even), 1, both.as_mut_ptr());
         dot.write(both[0]);
     }
 }
@@ -734,7 +733,7 @@ pub fn find_square(dots: &[i32], norms: &[u32], least: f32) -> usize {
     let whole = count & !3;
     if whole > 0 {
         let mut at = dots.as_ptr();
-        let end = dots[..whole].as_ptr_range().end;
+        let end = at.wrapping_add(whole);
         // SAFETY: the loop reads `whole` numbers, a multiple of four and not zero, from both slices, which are at least
         // that long.
         unsafe {

@@ -100,8 +100,8 @@ pub fn find(lattices: &[Lattice], view: u32) -> Option<Window> {
             return Some(Window {
                 view,
                 lattice: *lattice,
-                column: index % columns,
-                row: index / columns,
+                column: index.checked_rem(columns)?,
+                row: index.checked_div(columns)?,
             });
         }
         index -= lattice.count();

@@ -62,7 +62,7 @@ impl LandmarkTable<'_> {
         coefficients: &Coefficients,
         among: impl IntoIterator<Item = Range<u32>>,
     ) -> Option<Nearest> {
-        if coefficients.values().len() != usize::from(self.dimensions) {
+        if coefficients.dimensions() != self.dimensions {
             return None;
         }
         let mut search = Search::new(self.metric, coefficients.squared_norm());
@@ -90,7 +90,7 @@ impl LandmarkTable<'_> {
         match self.width {
             Width::I16 => coefficients.pairs(self.row_len),
             Width::I8 => {
-                let view = &mut split[..2 * self.row_len];
+                let view = split.get_mut(..2 * self.row_len).unwrap_or_default();
                 kernel::split(coefficients.pairs(view.len()), view);
                 view
             }
@@ -114,14 +114,18 @@ impl LandmarkTable<'_> {
         let (kernel, len) = (self.width.kernel(), self.row_len);
         let mut dots = Dots::new();
         for range in among {
-            let mut start = range.start as usize;
+            let (mut first, start) = (range.start, range.start as usize);
             let end = (range.end as usize).min(self.len());
-            while start < end {
-                let next = (start + BATCH).min(end);
-                let rows = &self.coefficients[start * len..next * len];
-                let dots = dots.of(kernel, view, rows);
-                search.offer(start as u32, dots, &self.squared_norms[start..next]);
-                start = next;
+            let Some(norms) = self.squared_norms.get(start..end) else {
+                continue;
+            };
+            let Some(mut rows) = self.coefficients.get(start * len..end * len) else {
+                continue;
+            };
+            for norms in norms.chunks(BATCH) {
+                search.offer(first, dots.of(kernel, view, rows), norms);
+                rows = rows.get(BATCH * len..).unwrap_or_default();
+                first = first.wrapping_add(BATCH as u32);
             }
         }
     }
@@ -217,11 +221,11 @@ fn by_distance(start: u32, dots: &[i32], norms: &[u32], greatest: &mut Greatest)
 #[inline(never)]
 fn by_cosine(start: u32, dots: &[i32], norms: &[u32], greatest: &mut Greatest) {
     let mut row = 0;
-    loop {
+    while let (Some(rest), Some(norms_of_rest)) = (dots.get(row..), norms.get(row..)) {
         // Single precision decides where it can; negative cosines are left to the exact comparison.
         let numerator = greatest.second.numerator.max(0) as f32;
         let square = numerator * numerator / greatest.second.denominator.max(1) as f32;
-        row += kernel::find_square(&dots[row..], &norms[row..], square * (1.0 - ROUNDING));
+        row += kernel::find_square(rest, norms_of_rest, square * (1.0 - ROUNDING));
         let (Some(&dot), Some(&norm)) = (dots.get(row), norms.get(row)) else {
             return;
         };

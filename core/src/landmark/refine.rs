@@ -47,7 +47,7 @@ impl LandmarkTable<'_> {
         coefficients: &Coefficients,
         landmark: u32,
     ) -> Option<Point> {
-        if coefficients.values().len() != usize::from(self.dimensions) {
+        if coefficients.dimensions() != self.dimensions {
             return None;
         }
         let record = self.records.get(landmark as usize)?;

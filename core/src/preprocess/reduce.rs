@@ -30,6 +30,7 @@ use crate::{frame::Frame, kernel};
 pub fn reduce(frame: &Frame<'_>, view: &mut View) {
     let (q, v) = (usize::from(frame.square_side()), usize::from(view.side()));
     view.fill(|pixels| {
+        let v = v.max(1); // no view is empty, but the compiler has to see it
         let rows = pixels.chunks_exact_mut(v).zip(0..);
         if q == kernel::SIX * v {
             for (row, index) in rows {
@@ -48,8 +49,8 @@ pub fn reduce(frame: &Frame<'_>, view: &mut View) {
 
 /// Whole ratios: one row of view pixels that are means of blocks.
 fn reduce_blocks(frame: &Frame<'_>, index: u16, row: &mut [u8]) {
-    let block = usize::from(frame.square_side()) / row.len();
-    let area = (block * block) as u32;
+    let block = (usize::from(frame.square_side()) / row.len().max(1)).max(1);
+    let area = ((block * block) as u32).max(1);
     let mut sums = [0_u32; MAX_VIEW_SIDE as usize];
     for y in 0..block as u16 {
         let source = frame.square_row(index * block as u16 + y);
@@ -65,6 +66,7 @@ fn reduce_blocks(frame: &Frame<'_>, index: u16, row: &mut [u8]) {
 /// Any ratio.
 fn reduce_fractions(frame: &Frame<'_>, pixels: &mut [u8], q: u32, v: u32) {
     let mut sums = [0_u32; MAX_VIEW_SIDE as usize];
+    let sums = sums.get_mut(..v as usize).unwrap_or_default();
     let mut rows = pixels.chunks_exact_mut(v as usize);
     let mut filled = 0; // units of the current view row already covered
     for y in 0..q {
@@ -72,12 +74,12 @@ fn reduce_fractions(frame: &Frame<'_>, pixels: &mut [u8], q: u32, v: u32) {
         let mut left = v; // units of this source row not yet used
         while left > 0 {
             let used = left.min(q - filled);
-            add_row(source, q, v, used, &mut sums);
+            add_row(source, q, v, used, sums);
             left -= used;
             filled += used;
             if filled == q {
                 if let Some(row) = rows.next() {
-                    emit_row(&mut sums, q, row);
+                    emit_row(sums, q, row);
                 }
                 filled = 0;
             }
@@ -91,10 +93,12 @@ fn reduce_fractions(frame: &Frame<'_>, pixels: &mut [u8], q: u32, v: u32) {
 fn add_row(source: &[u8], q: u32, v: u32, weight: u32, sums: &mut [u32]) {
     let mut rest = source;
     let (mut pixel, mut left) = (0, 0); // the pixel that the column begins in, and its units not yet used
-    for sum in &mut sums[..v as usize] {
+    for sum in sums {
         let used = left.min(q);
         let needed = q - used;
-        let (run, after) = rest.split_at((needed / v) as usize);
+        let Some((run, after)) = rest.split_at_checked((needed / v) as usize) else {
+            return;
+        };
         let mut row_sum = used * pixel + v * kernel::sum(run);
         (left, rest) = (left - used, after);
         let part = needed % v;
@@ -108,8 +112,9 @@ fn add_row(source: &[u8], q: u32, v: u32, weight: u32, sums: &mut [u32]) {
 
 /// Turns the finished sums into a row of pixels and clears them.
 fn emit_row(sums: &mut [u32], q: u32, row: &mut [u8]) {
+    let area = (q * q).max(1);
     for (pixel, sum) in row.iter_mut().zip(sums) {
-        *pixel = ((*sum + q * q / 2) / (q * q)) as u8;
+        *pixel = ((*sum + area / 2) / area) as u8;
         *sum = 0;
     }
 }
