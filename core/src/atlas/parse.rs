@@ -5,7 +5,7 @@ use bytemuck::Pod;
 
 use super::{
     ALIGNMENT, Atlas, AtlasError, Header, Layout, MAGIC, MAX_HEADER_LEN, PREAMBLE_LEN, Part,
-    VERSION, checksum,
+    VERSION, checksum, emit::encode_header,
 };
 use crate::{
     eigenspace::{
@@ -152,9 +152,14 @@ fn decode_header(bytes: &[u8], len: u16) -> Result<Header, AtlasError> {
         .get(PREAMBLE_LEN..PREAMBLE_LEN + usize::from(len))
         .ok_or(error)?;
     match postcard::take_from_bytes(encoded) {
-        Ok((header, [])) => Ok(header),
+        Ok((header, [])) if is_shortest(encoded, &header) => Ok(header),
         _ => Err(error),
     }
+}
+
+/// Whether a header is encoded as [`emit`](super::emit()) does it: the same number can also be written with more bytes.
+fn is_shortest(encoded: &[u8], header: &Header) -> bool {
+    encode_header(header, &mut [0; MAX_HEADER_LEN]).is_ok_and(|shortest| shortest == encoded)
 }
 
 fn check_header(header: &Header) -> Result<(), AtlasError> {
