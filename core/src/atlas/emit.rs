@@ -92,7 +92,7 @@ pub fn emit<'b>(contents: &Contents<'_>, buffer: &'b mut [u8]) -> Result<Atlas<'
     Atlas::parse(buffer)
 }
 
-fn encode_header<'b>(
+pub(super) fn encode_header<'b>(
     header: &Header,
     buffer: &'b mut [u8; MAX_HEADER_LEN],
 ) -> Result<&'b [u8], AtlasError> {
@@ -127,7 +127,7 @@ fn write_landmarks(contents: &Contents<'_>, atlas: &mut [u8], layout: &Layout) {
         header.landmarks as usize * k,
         "coefficients of the landmarks"
     );
-    for (index, coefficients) in contents.coefficients.chunks_exact(k).enumerate() {
+    for (index, coefficients) in contents.coefficients.chunks_exact(k.max(1)).enumerate() {
         let start = layout.coefficients.range().start + index * row_bytes;
         let row = atlas[start..start + row_bytes].chunks_exact_mut(size_of::<i16>());
         for (place, values) in row.zip(coefficients.chunks(width.per_number())) {

@@ -164,13 +164,10 @@ impl Layout {
 }
 
 impl Blob {
-    /// The bytes of this blob.
-    ///
-    /// # Panics
-    /// When the atlas is shorter than its layout.
+    /// The bytes of this blob; none when the atlas is shorter than its layout.
     #[must_use]
     pub fn of<'a>(&self, atlas: &'a [u8]) -> &'a [u8] {
-        &atlas[self.range()]
+        atlas.get(self.range()).unwrap_or_default()
     }
 
     /// Its range as indices.

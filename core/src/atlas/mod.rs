@@ -18,7 +18,7 @@ pub use header::{Blur, Header, Layout, Limits, Training};
 
 use crate::{
     eigenspace::Eigenspace,
-    landmark::{LandmarkTable, Lattice},
+    landmark::{LandmarkTable, Lattices},
 };
 
 /// The first bytes of every atlas.
@@ -62,7 +62,7 @@ impl<'a> Atlas<'a> {
 
     /// The lattices its candidates were taken from.
     #[must_use]
-    pub fn lattices(&self) -> &[Lattice] {
+    pub fn lattices(&self) -> &Lattices {
         &self.header.lattices
     }
 
@@ -109,15 +109,13 @@ impl<'a> Atlas<'a> {
 }
 
 /// CRC-32 (ISO-HDLC, as in zlib) of everything in `atlas` but the four bytes of the CRC field itself.
-///
-/// # Panics
-/// When `atlas` is shorter than the preamble.
+/// Of nothing where it is too short for that.
 #[must_use]
 pub fn checksum(atlas: &[u8]) -> u32 {
     const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
     let mut digest = CRC.digest();
-    digest.update(&atlas[..PREAMBLE_LEN - 4]);
-    digest.update(&atlas[PREAMBLE_LEN..]);
+    digest.update(atlas.get(..PREAMBLE_LEN - 4).unwrap_or_default());
+    digest.update(atlas.get(PREAMBLE_LEN..).unwrap_or_default());
     digest.finalize()
 }
 

@@ -5,12 +5,12 @@ use bytemuck::Pod;
 
 use super::{
     ALIGNMENT, Atlas, AtlasError, Header, Layout, MAGIC, MAX_HEADER_LEN, PREAMBLE_LEN, Part,
-    VERSION, checksum,
+    VERSION, checksum, emit::encode_header,
 };
 use crate::{
     eigenspace::{
         Eigenspace, MAX_DIMENSIONS, Normalize, ROWS_PER_BLOCK, padded_pixels, squared_norm,
-        weight_count, weight_index,
+        weight_count,
     },
     landmark::{LandmarkTable, Record, lattice::candidate_count, row_len},
     preprocess::{MAX_VIEW_SIDE, MIN_VIEW_SIDE},
@@ -159,9 +159,14 @@ fn decode_header(bytes: &[u8], len: u16) -> Result<Header, AtlasError> {
         .get(PREAMBLE_LEN..PREAMBLE_LEN + usize::from(len))
         .ok_or(error)?;
     match postcard::take_from_bytes(encoded) {
-        Ok((header, [])) => Ok(header),
+        Ok((header, [])) if is_shortest(encoded, &header) => Ok(header),
         _ => Err(error),
     }
+}
+
+/// Whether a header is encoded as [`emit`](super::emit()) does it: the same number can also be written with more bytes.
+fn is_shortest(encoded: &[u8], header: &Header) -> bool {
+    encode_header(header, &mut [0; MAX_HEADER_LEN]).is_ok_and(|shortest| shortest == encoded)
 }
 
 fn check_header(header: &Header) -> Result<(), AtlasError> {
@@ -237,7 +242,8 @@ fn check_gaps(bytes: &[u8], layout: &Layout, header_len: usize) -> Result<(), At
     let mut end = PREAMBLE_LEN + header_len;
     for blob in layout.blobs() {
         let range = blob.range();
-        if bytes[end..range.start].iter().any(|&byte| byte != 0) {
+        let gap = bytes.get(end..range.start).unwrap_or_default();
+        if gap.iter().any(|&byte| byte != 0) {
             return Err(AtlasError::Padding { part: Part::Gap });
         }
         end = range.end;
@@ -258,7 +264,7 @@ fn check_eigenspace(eigenspace: &Eigenspace<'_>) -> Result<(), AtlasError> {
     for row in 0..k {
         let (mut sum, mut magnitude) = (0_i32, 0_u32);
         for pixel in 0..pixels {
-            let weight = weights[weight_index(side, row, pixel)];
+            let weight = eigenspace.weight(row, pixel);
             sum += i32::from(weight);
             magnitude += u32::from(weight.unsigned_abs());
         }
@@ -287,8 +293,8 @@ fn check_eigenspace(eigenspace: &Eigenspace<'_>) -> Result<(), AtlasError> {
     // Rows beyond k and pixels beyond m have weight zero: count what is not, everywhere and where it may be.
     let stored = weights.iter().filter(|&&weight| weight != 0).count();
     let used = (0..k)
-        .flat_map(|row| (0..pixels).map(move |pixel| weight_index(side, row, pixel)))
-        .filter(|&index| weights[index] != 0)
+        .flat_map(|row| (0..pixels).map(move |pixel| eigenspace.weight(row, pixel)))
+        .filter(|&weight| weight != 0)
         .count();
     debug_assert_eq!(weights.len(), weight_count(side, k as u8));
     debug_assert_eq!(weights.len() % (ROWS_PER_BLOCK * padded_pixels(side)), 0);
@@ -302,7 +308,7 @@ fn check_eigenspace(eigenspace: &Eigenspace<'_>) -> Result<(), AtlasError> {
 
 fn check_landmarks(table: &LandmarkTable<'_>, candidates: u32) -> Result<(), AtlasError> {
     let limit = table.width().limit(table.dimensions);
-    for (record, index) in table.records.iter().zip(0_u32..) {
+    for ((record, &found), index) in table.records.iter().zip(table.squared_norms).zip(0_u32..) {
         if record.view == 0 || record.view > candidates {
             return Err(AtlasError::View {
                 landmark: index,
@@ -316,17 +322,15 @@ fn check_landmarks(table: &LandmarkTable<'_>, candidates: u32) -> Result<(), Atl
                 index,
             });
         }
-        for found in table.coefficients(index as usize) {
-            if found.unsigned_abs() > limit.unsigned_abs() {
-                return Err(AtlasError::Coefficient {
-                    landmark: index,
-                    found,
-                    limit,
-                });
-            }
+        let is_beyond = |coefficient: &i16| coefficient.unsigned_abs() > limit.unsigned_abs();
+        if let Some(found) = table.coefficients(index as usize).find(is_beyond) {
+            return Err(AtlasError::Coefficient {
+                landmark: index,
+                found,
+                limit,
+            });
         }
         let expected = squared_norm(table.coefficients(index as usize));
-        let found = table.squared_norms[index as usize];
         if found != expected {
             return Err(AtlasError::Norm {
                 landmark: index,
@@ -338,7 +342,8 @@ fn check_landmarks(table: &LandmarkTable<'_>, candidates: u32) -> Result<(), Atl
 
     // What follows the last coefficient of a row is zero.
     let (k, width) = (usize::from(table.dimensions), table.width);
-    let rows_are_padded = table.coefficients.chunks_exact(table.row_len).all(|row| {
+    let mut rows = table.coefficients.chunks_exact(table.row_len.max(1));
+    let rows_are_padded = rows.all(|row| {
         let row: &[i16] = bytemuck::cast_slice(row);
         let surplus = k..row.len() * width.per_number();
         surplus

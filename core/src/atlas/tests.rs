@@ -8,7 +8,7 @@ use super::*;
 use crate::{
     eigenspace::{MeanRow, Normalize, Row, weight_index},
     frame::Frame,
-    landmark::{Lattices, Metric, Point, Record, Width},
+    landmark::{Lattice, Lattices, Metric, Point, Record, Width},
     localizer::Localizer,
 };
 
@@ -263,6 +263,25 @@ fn headers_that_do_not_decode_are_reported() {
 }
 
 #[test]
+fn headers_that_could_be_shorter_are_reported() {
+    // The number of landmarks as two bytes: the header ended without a gap, and now needs one of seven.
+    let bytes = Sample::new().emit();
+    let mut bytes = bytes.bytes().to_vec();
+    let len = u16::from_le_bytes([bytes[6], bytes[7]]);
+    assert_eq!(bytes[18], 2);
+    bytes.splice(18..19, [0x82, 0]);
+    let end = PREAMBLE_LEN + usize::from(len);
+    assert_eq!(end % 8, 0);
+    bytes.splice(end + 1..end + 1, [0; 7]);
+    let total_len = bytes.len() as u32;
+    bytes[6..8].copy_from_slice(&(len + 1).to_le_bytes());
+    bytes[8..12].copy_from_slice(&total_len.to_le_bytes());
+    let mut longer = Aligned::copy_of(&bytes);
+    longer.seal();
+    assert_eq!(longer.error(), AtlasError::Header { len: len + 1 });
+}
+
+#[test]
 fn sizes_out_of_range_are_reported() {
     let range = |part, found, min, max| AtlasError::Range {
         part,
@@ -280,6 +299,13 @@ fn sizes_out_of_range_are_reported() {
     );
     let no_columns = Sample::error_after(|s| s.header.lattices[0].columns = 0);
     assert_eq!(no_columns, range(Part::Lattice, 0, 1, u32::MAX));
+    let no_dimensions = Sample::error_after(|s| {
+        s.header.dimensions = 0;
+        s.weights.clear();
+        s.rows.clear();
+        s.coefficients.clear();
+    });
+    assert_eq!(no_dimensions, range(Part::Dimensions, 0, 1, 4));
     // Sizes that change the layout are damaged after the fact.
     for (byte, part, max) in [
         (16, Part::ViewSide, 50),

@@ -125,7 +125,8 @@ impl Coefficients {
     /// The k values.
     #[must_use]
     pub fn values(&self) -> &[i16] {
-        &bytemuck::cast_slice(&self.pairs)[..usize::from(self.len)]
+        let values: &[i16] = bytemuck::cast_slice(&self.pairs);
+        values.get(..usize::from(self.len)).unwrap_or_default()
     }
 
     /// The first `len` pairs of values and the zeros after them; no more than [`MAX_DIMENSIONS`] values.

@@ -2,7 +2,7 @@
 //!
 //! **Cost.** m·k integer multiply-adds, m more for the mean row, and k roundings; under `Std` one square root.
 
-use super::{Coefficients, Eigenspace, Normalize, ROWS_PER_BLOCK};
+use super::{Coefficients, Eigenspace, Normalize, PIXELS_PER_GROUP, ROWS_PER_BLOCK};
 use crate::{
     kernel::{self, Pair},
     math::{round_clamped, sqrt},
@@ -39,9 +39,10 @@ impl Eigenspace<'_> {
 
         let (mut in_feature_space, mut squared_norm, mut clamped) = (0.0_f32, 0_i32, false);
         let values: &mut [i16] = bytemuck::cast_slice_mut(&mut coefficients.pairs);
+        let groups = view.groups();
         let mut targets = self.rows.iter().zip(values);
         for block in self.blocks() {
-            for dot in kernel::block_dots(view.groups(), block) {
+            for dot in kernel::block_dots(groups, block) {
                 let Some((row, target)) = targets.next() else {
                     break;
                 };
@@ -56,7 +57,7 @@ impl Eigenspace<'_> {
         }
         coefficients.squared_norm = squared_norm as u32;
 
-        let mean_dot = kernel::mean_dot(view.groups(), self.mean_weights);
+        let mean_dot = kernel::mean_dot(groups, self.mean_weights);
         let mean_dot = self.mean.base * view.sum() as f32 + self.mean.scale * mean_dot as f32;
         let from_mean = energy - 2.0 * gain * mean_dot + self.mean.energy;
         let from_feature_space = from_mean - in_feature_space;
@@ -74,7 +75,7 @@ impl Eigenspace<'_> {
 
     /// Blocks of stored weights, [`ROWS_PER_BLOCK`] rows each.
     fn blocks(&self) -> core::slice::ChunksExact<'_, Pair> {
-        self.weights
-            .chunks_exact(ROWS_PER_BLOCK * super::padded_pixels(self.side) / 2)
+        let pixels = super::padded_pixels(self.side).max(PIXELS_PER_GROUP);
+        self.weights.chunks_exact(ROWS_PER_BLOCK * pixels / 2)
     }
 }

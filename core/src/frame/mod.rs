@@ -139,31 +139,24 @@ impl<'a> Frame<'a> {
         [(self.width - side) / 2, (self.height - side) / 2]
     }
 
-    /// Row `y` of the largest centred square, `square_side()` pixels.
-    ///
-    /// # Panics
-    /// When `y` is not below [`square_side`](Self::square_side).
+    /// Row `y` of the largest centred square, `square_side()` pixels; none below the square.
     #[must_use]
     pub fn square_row(&self, y: u16) -> &'a [u8] {
-        let start = self.square_start(y);
-        &self.pixels[start..start + usize::from(self.square_side())]
+        let rows = self.square_from(y);
+        rows.get(..usize::from(self.square_side()))
+            .unwrap_or_default()
     }
 
-    /// Everything from row `y` of the square on; rows are [`stride`](Self::stride) bytes apart.
-    ///
-    /// # Panics
-    /// When `y` is not below [`square_side`](Self::square_side).
+    /// Everything from row `y` of the square on, rows [`stride`](Self::stride) bytes apart; nothing below the square.
     #[must_use]
     pub fn square_from(&self, y: u16) -> &'a [u8] {
-        &self.pixels[self.square_start(y)..]
-    }
-
-    /// Where row `y` of the square starts.
-    fn square_start(&self, y: u16) -> usize {
         let side = self.square_side();
-        assert!(y < side, "row {y} of a square of {side} rows");
+        if y >= side {
+            return &[];
+        }
         let [left, top] = self.square_corner().map(usize::from);
-        (top + usize::from(y)) * self.stride + left
+        let start = (top + usize::from(y)) * self.stride + left;
+        self.pixels.get(start..).unwrap_or_default()
     }
 }
 
@@ -207,6 +200,7 @@ mod tests {
         let frame = Frame::new(&pixels, 64, 32, 64).expect("valid");
         assert_eq!(frame.square_row(0)[0], 1);
         assert_eq!(frame.square_row(31)[31], 2);
+        assert!(frame.square_row(32).is_empty() && frame.square_from(32).is_empty());
     }
 
     #[test]

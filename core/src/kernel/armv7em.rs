@@ -36,7 +36,7 @@ pub fn add_blocks(row: &[u8], block: usize, sums: &mut [u32]) {
             "bne    2b",
             at = inout(reg) row.as_ptr() => _,
             sums = inout(reg) sums.as_mut_ptr() => _,
-            last = in(reg) sums[..count].as_ptr_range().end,
+            last = in(reg) sums.as_ptr().wrapping_add(count),
             block = in(reg) block,
             zero = in(reg) 0,
             sum = out(reg) _,
@@ -445,23 +445,25 @@ fn dots_i8(view: &[Pair], rows: &[Pair], dots: &mut [MaybeUninit<i32>]) {
 }
 
 /// Hands rows of `words` words, as many as there are dots, to `work(a, b, pairs, dots)`: pairs that follow each
-/// other from `a` and `b` on, then an odd last row as a pair of itself.
+/// other from `a` and `b` on, then an odd last row as a pair of itself. All dots are zero when there are fewer rows.
 fn in_pairs(
     rows: &[Pair],
     words: usize,
     dots: &mut [MaybeUninit<i32>],
     work: impl Fn(*const Pair, *const Pair, usize, *mut i32),
 ) {
+    if rows.len() < dots.len() * words {
+        return dots.fill(MaybeUninit::new(0));
+    }
+    let row = |index: usize| rows.as_ptr().wrapping_add(index * words);
     let even = dots.len() & !1;
-    let (paired, rest) = rows.split_at(even * words);
     let (dots, last) = dots.split_at_mut(even);
     if even > 0 {
-        let second = paired[words..].as_ptr();
-        work(paired.as_ptr(), second, even / 2, dots.as_mut_ptr().cast());
+        work(row(0), row(1), even / 2, dots.as_mut_ptr().cast());
     }
     if let [dot] = last {
         let mut both = [0; 2];
-        work(rest.as_ptr(), rest.as_ptr(), 1, both.as_mut_ptr());
+        work(row(even), row(even), 1, both.as_mut_ptr());
         dot.write(both[0]);
     }
 }
@@ -801,7 +803,7 @@ pub fn find_square(dots: &[i32], norms: &[u32], least: f32) -> usize {
     let whole = count & !3;
     if whole > 0 {
         let mut at = dots.as_ptr();
-        let end = dots[..whole].as_ptr_range().end;
+        let end = at.wrapping_add(whole);
         // SAFETY: the loop reads `whole` numbers, a multiple of four and not zero, from both slices, which are at least
         // that long.
         unsafe {

@@ -44,7 +44,7 @@ impl Cuts {
 
     /// The cuts, from left to right.
     pub fn as_slice(&self) -> &[Cut] {
-        &self.cuts[..usize::from(self.columns)]
+        self.cuts.get(..self.columns.into()).unwrap_or(&self.cuts)
     }
 
     /// Units of a pixel.

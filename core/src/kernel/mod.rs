@@ -1,7 +1,7 @@
 //! The integer loops that everything else waits for.
 //!
-//! Each kernel exists twice, in files that mirror each other: [`portable`] is the plain definition, and runs wherever
-//! there is nothing faster; [`armv7em`] is the same function for Cortex-M4 and M7, in their packed-byte and
+//! Each kernel exists twice, in files that mirror each other: `portable.rs` is the plain definition, and runs wherever
+//! there is nothing faster; `armv7em.rs` is the same function for Cortex-M4 and M7, in their packed-byte and
 //! dual-multiply instructions. Both give the same bits for every input: property tests compare the portable kernels
 //! with literal formulas on the host, and the self-test compares the twins with each other on the target.
 //!
@@ -43,7 +43,7 @@ pub const ROWS_PER_BLOCK: usize = 5;
 /// Pixels that are stored, and multiplied, together: one 32-bit load.
 pub const PIXELS_PER_GROUP: usize = 4;
 
-/// Side of a block of [`reduce_sixfold`]: 120 pixels of a camera's frame to 20 of a view.
+/// Side of a block that has a kernel of its own: 120 pixels of a camera's frame to 20 of a view.
 pub const SIX: usize = 6;
 
 /// Rows of a table whose dot products are computed together.

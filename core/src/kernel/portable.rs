@@ -25,7 +25,9 @@ pub fn sum_cuts(row: &[u8], cuts: &Cuts, sums: &mut [u32]) {
     let mut rest = row;
     let mut pixel = 0;
     for (sum, cut) in sums.iter_mut().zip(cuts.as_slice()) {
-        let (run, after) = rest.split_at(cut.whole.into());
+        let Some((run, after)) = rest.split_at_checked(cut.whole.into()) else {
+            return;
+        };
         let whole: u32 = run.iter().map(|&y| u32::from(y)).sum();
         *sum = u32::from(cut.first) * pixel + cuts.unit() * whole;
         rest = after;

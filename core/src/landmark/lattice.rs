@@ -100,8 +100,8 @@ pub fn find(lattices: &[Lattice], view: u32) -> Option<Window> {
             return Some(Window {
                 view,
                 lattice: *lattice,
-                column: index % columns,
-                row: index / columns,
+                column: index.checked_rem(columns)?,
+                row: index.checked_div(columns)?,
             });
         }
         index -= lattice.count();
@@ -112,7 +112,7 @@ pub fn find(lattices: &[Lattice], view: u32) -> Option<Window> {
 impl Window {
     /// The number of the window `right` columns to the right and `down` rows below, `None` beyond the lattice.
     #[must_use]
-    pub fn neighbour(&self, right: i32, down: i32) -> Option<u32> {
+    pub fn neighbor(&self, right: i32, down: i32) -> Option<u32> {
         let column = self.column.checked_add_signed(right)?;
         let row = self.row.checked_add_signed(down)?;
         let columns = u32::from(self.lattice.columns);
@@ -173,11 +173,11 @@ mod tests {
         let window = find(&lattices, 57).expect("in the second lattice, at its second row");
         assert_eq!((window.column, window.row), (1, 1));
         assert_eq!(
-            [(-1, 0), (0, 1), (1, -1)].map(|(x, y)| window.neighbour(x, y)),
+            [(-1, 0), (0, 1), (1, -1)].map(|(x, y)| window.neighbor(x, y)),
             [Some(56), Some(64), Some(51)]
         );
         assert_eq!(
-            [(-2, 0), (6, 0), (0, -2), (0, 4)].map(|(x, y)| window.neighbour(x, y)),
+            [(-2, 0), (6, 0), (0, -2), (0, 4)].map(|(x, y)| window.neighbor(x, y)),
             [None; 4]
         );
     }

@@ -125,7 +125,7 @@ impl<'a> LandmarkTable<'a> {
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a table is never empty")]
     pub fn len(&self) -> usize {
-        self.records.len()
+        self.squared_norms.len()
     }
 
     /// The metric it is matched with.
@@ -161,25 +161,31 @@ impl<'a> LandmarkTable<'a> {
     /// The first `count` landmarks (at least one): a table of its own, because landmarks are stored best first.
     #[must_use]
     pub fn prefix(&self, count: usize) -> Self {
-        let count = count.clamp(1, self.len());
+        let count = count.min(self.len()).max(1);
         Self {
-            coefficients: &self.coefficients[..count * self.row_len],
+            coefficients: first(self.coefficients, count * self.row_len),
+            squared_norms: first(self.squared_norms, count),
+            records: first(self.records, count),
             is_whole: self.is_whole && count == self.len(),
-            squared_norms: &self.squared_norms[..count],
-            records: &self.records[..count],
             ..*self
         }
     }
 
     /// The stored coefficients of landmark `index` (0-based), k of them; nothing past the end of the table.
     pub fn coefficients(&self, index: usize) -> impl Iterator<Item = i16> + use<'a> {
-        let len = self.row_len;
-        let row = self.coefficients.chunks_exact(len).nth(index);
+        let row = self
+            .coefficients
+            .chunks_exact(self.row_len.max(1))
+            .nth(index);
         let (k, width) = (usize::from(self.dimensions), self.width);
         row.into_iter().flat_map(move |row| {
             (0..k).map_while(move |index| width.unpack(bytemuck::cast_slice(row), index))
         })
     }
+}
+
+fn first<T>(items: &[T], count: usize) -> &[T] {
+    items.get(..count).unwrap_or_default()
 }
 
 #[cfg(test)]

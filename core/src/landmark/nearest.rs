@@ -88,7 +88,7 @@ impl LandmarkTable<'_> {
         match self.width {
             Width::I16 => coefficients.pairs(self.row_len),
             Width::I8 => {
-                let view = &mut split[..2 * self.row_len];
+                let view = split.get_mut(..2 * self.row_len).unwrap_or_default();
                 kernel::split(coefficients.pairs(view.len()), view);
                 view
             }
@@ -236,11 +236,11 @@ fn by_distance(start: u32, dots: &[i32], norms: &[u32], greatest: &mut Greatest)
 #[inline(never)]
 fn by_cosine(start: u32, dots: &[i32], norms: &[u32], greatest: &mut Greatest) {
     let mut row = 0;
-    loop {
+    while let (Some(rest), Some(norms_of_rest)) = (dots.get(row..), norms.get(row..)) {
         // Single precision decides where it can; negative cosines are left to the exact comparison.
         let numerator = greatest.second.numerator.max(0) as f32;
         let square = numerator * numerator / greatest.second.denominator.max(1) as f32;
-        row += kernel::find_square(&dots[row..], &norms[row..], square * (1.0 - ROUNDING));
+        row += kernel::find_square(rest, norms_of_rest, square * (1.0 - ROUNDING));
         let (Some(&dot), Some(&norm)) = (dots.get(row), norms.get(row)) else {
             return;
         };

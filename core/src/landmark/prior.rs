@@ -8,57 +8,61 @@
 
 use core::ops::Range;
 
-use super::{LandmarkTable, Lattice, Point, lattice::place};
+use super::{LandmarkTable, Lattice, Lattices, Point, lattice::place};
 use crate::math::sqrt;
 
 impl<'a> LandmarkTable<'a> {
-    /// The landmarks at most `radius_px` map pixels away from `centre`, as ranges of the table (0-based).
-    pub fn near<'l>(
+    /// The landmarks at most `radius_px` map pixels away from `center`, as ascending ranges of the table (0-based);
+    /// none when the radius is negative. `lattices` are those of the table's atlas.
+    pub fn near(
         &self,
-        lattices: &'l [Lattice],
-        centre: Point,
+        lattices: &Lattices,
+        center: Point,
         radius_px: f32,
-    ) -> impl Iterator<Item = Range<u32>> + Clone + use<'a, 'l> {
+    ) -> impl Iterator<Item = Range<u32>> + Clone + use<'a> {
         let (whole, listed) = if self.is_whole {
-            (lattices, &[][..])
+            (lattices.clone(), &[][..])
         } else {
-            (&[][..], self.records)
+            (Lattices::new(), self.records)
         };
-        let firsts = whole.iter().scan(0_u32, |next, lattice| {
-            let first = *next;
-            *next += lattice.count();
+        let mut next = 0_u32;
+        let firsts = (0..whole.capacity()).map_while(move |index| {
+            let (lattice, first) = (*whole.get(index)?, next);
+            next = next.saturating_add(lattice.count());
             Some((first, lattice))
         });
         let rows = firsts.flat_map(move |(first, lattice)| {
             let columns = u32::from(lattice.columns);
             (0..u32::from(lattice.rows)).filter_map(move |row| {
-                let run = run_of(lattice, row, centre, radius_px)?;
-                let start = first + row * columns;
-                Some(start + run.start..start + run.end)
+                let run = run_of(&lattice, row, center, radius_px)?;
+                let start = first.saturating_add(row * columns);
+                Some(start.saturating_add(run.start)..start.saturating_add(run.end))
             })
         });
+        let lattices = lattices.clone();
         let singles = listed.iter().zip(0..).filter_map(move |(record, index)| {
-            let at = place(lattices, record.view)?;
-            let (x, y) = (at.x_px - centre.x_px, at.y_px - centre.y_px);
-            (x * x + y * y <= radius_px * radius_px).then_some(index..index + 1)
+            let at = place(&lattices, record.view)?;
+            let (x, y) = (at.x_px - center.x_px, at.y_px - center.y_px);
+            let is_near = radius_px >= 0.0 && x * x + y * y <= radius_px * radius_px;
+            is_near.then_some(index..index + 1)
         });
         rows.chain(singles)
     }
 }
 
 /// The columns of a lattice's row within a circle; `None` when there are none.
-fn run_of(lattice: &Lattice, row: u32, centre: Point, radius_px: f32) -> Option<Range<u32>> {
+fn run_of(lattice: &Lattice, row: u32, center: Point, radius_px: f32) -> Option<Range<u32>> {
     let origin = lattice.point(0, row);
-    let down = origin.y_px - centre.y_px;
+    let down = origin.y_px - center.y_px;
     let half = radius_px * radius_px - down * down;
     if !(half >= 0.0 && radius_px >= 0.0) {
         return None;
     }
     let half = sqrt(half);
     let column = |x_px: f32| (x_px - origin.x_px) / lattice.stride_px;
-    let (from, to) = (column(centre.x_px - half), column(centre.x_px + half));
+    let (from, to) = (column(center.x_px - half), column(center.x_px + half));
     // `as` truncates and saturates: rounded up and down for what is not negative.
-    let first = from as u32 + u32::from(from > from as u32 as f32);
+    let first = (from as u32).saturating_add(u32::from(from > from as u32 as f32));
     let end = if to >= 0.0 {
         (to as u32).saturating_add(1)
     } else {
@@ -95,7 +99,8 @@ mod tests {
         fn near_matches_reference(
             x in -100.0_f32..500.0, y in -100.0_f32..500.0, radius in 0.0_f32..400.0, is_whole in any::<bool>(),
         ) {
-            let lattices = [lattice(50.0, 20.0, 13, 9), lattice(60.0, 33.0, 7, 11)];
+            let lattices: Lattices =
+                [lattice(50.0, 20.0, 13, 9), lattice(60.0, 33.0, 7, 11)].into_iter().collect();
             let views = 1..=13 * 9 + 7 * 11;
             let mut records: Vec<Record> = views.map(|view| Record { view, radius: 0.0 }).collect();
             if !is_whole {
@@ -124,5 +129,20 @@ mod tests {
             }
             prop_assert!(found.is_sorted());
         }
+    }
+
+    #[test]
+    fn circles_beyond_all_numbers_hold_nothing_or_everything() {
+        let lattice = lattice(50.0, 1e-30, 60, 1);
+        for x_px in [1e20, -1e20, f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
+            let center = Point { x_px, y_px: 50.0 };
+            assert_eq!(run_of(&lattice, 0, center, 1.0), None, "{x_px}");
+        }
+        let center = Point {
+            x_px: 0.0,
+            y_px: 0.0,
+        };
+        assert_eq!(run_of(&lattice, 0, center, 1e19), Some(0..60));
+        assert_eq!(run_of(&lattice, 0, center, -1.0), None);
     }
 }

@@ -31,7 +31,7 @@ use crate::{
 pub const MAX_STRIDE: f32 = 2.0;
 
 /// Similarities of a landmark and its eight neighbours, row by row; `None` beyond the lattice.
-type Neighbourhood = [[Option<f32>; 3]; 3];
+type Neighborhood = [[Option<f32>; 3]; 3];
 
 impl LandmarkTable<'_> {
     /// Where a view with these coefficients was taken, between the neighbours of the landmark (0-based) it is nearest
@@ -57,8 +57,8 @@ impl LandmarkTable<'_> {
         }
         let mut split = [Pair::default(); MAX_DIMENSIONS as usize / 2];
         let view = self.prepare(coefficients, &mut split);
-        let neighbourhood = self.neighbourhood(&window, view, coefficients.squared_norm());
-        let (x, y) = maximum(&neighbourhood)?;
+        let neighborhood = self.neighborhood(&window, view, coefficients.squared_norm());
+        let (x, y) = maximum(&neighborhood)?;
         let stride = window.lattice.stride_px;
         let at = window.lattice.point(window.column, window.row);
         Some(Point {
@@ -67,12 +67,12 @@ impl LandmarkTable<'_> {
         })
     }
 
-    fn neighbourhood(&self, window: &Window, view: &[Pair], squared_norm: u32) -> Neighbourhood {
-        let mut neighbourhood = Neighbourhood::default();
+    fn neighborhood(&self, window: &Window, view: &[Pair], squared_norm: u32) -> Neighborhood {
+        let mut neighborhood = Neighborhood::default();
         let mut dots = Dots::new();
-        for (line, dy) in neighbourhood.iter_mut().zip(-1..=1) {
+        for (line, dy) in neighborhood.iter_mut().zip(-1..=1) {
             for (similarity, dx) in line.iter_mut().zip(-1..=1) {
-                let Some(view_number) = window.neighbour(dx, dy) else {
+                let Some(view_number) = window.neighbor(dx, dy) else {
                     continue;
                 };
                 let index = view_number as usize - 1;
@@ -88,7 +88,7 @@ impl LandmarkTable<'_> {
                     .map(|&dot| similarity_of(self.metric, dot, squared_norm, norm));
             }
         }
-        neighbourhood
+        neighborhood
     }
 }
 
@@ -103,7 +103,7 @@ fn similarity_of(metric: Metric, dot: i32, view: u32, landmark: u32) -> f32 {
 }
 
 /// Where the quadratic that fits best has its maximum, in steps from the middle to the right and down, within ±1.
-fn maximum(s: &Neighbourhood) -> Option<(f32, f32)> {
+fn maximum(s: &Neighborhood) -> Option<(f32, f32)> {
     let middle = s[1][1]?;
     let along = |before: Option<f32>, after: Option<f32>| match (before, after) {
         (Some(before), Some(after)) => {
@@ -145,7 +145,7 @@ fn vertex(slope: f32, curvature: f32) -> Option<f32> {
 mod tests {
     use super::*;
 
-    fn sampled(quadratic: impl Fn(f32, f32) -> f32) -> Neighbourhood {
+    fn sampled(quadratic: impl Fn(f32, f32) -> f32) -> Neighborhood {
         core::array::from_fn(|row| {
             core::array::from_fn(|column| Some(quadratic(column as f32 - 1.0, row as f32 - 1.0)))
         })

@@ -45,18 +45,17 @@ pub fn encode<'b>(
     scratch: &mut [u8],
     packet: &'b mut [u8],
 ) -> Result<&'b [u8], Damage> {
-    let len = postcard::to_slice(message, scratch)
-        .map_err(|_| Damage::TooLong)?
-        .len();
-    let crc = CRC.checksum(&scratch[..len]).to_le_bytes();
-    let plain = scratch.get_mut(..len + CRC_LEN).ok_or(Damage::TooLong)?;
-    plain[len..].copy_from_slice(&crc);
+    let encoded = postcard::to_slice(message, scratch).map_err(|_| Damage::TooLong)?;
+    let (len, crc) = (encoded.len(), CRC.checksum(encoded).to_le_bytes());
+    let place = scratch.get_mut(len..).and_then(<[u8]>::first_chunk_mut);
+    *place.ok_or(Damage::TooLong)? = crc;
+    let plain = scratch.get(..len + CRC_LEN).ok_or(Damage::TooLong)?;
     if packet.len() < encoded_len(len) {
         return Err(Damage::TooLong);
     }
-    let encoded = cobs::encode(plain, packet);
-    packet[encoded] = 0;
-    Ok(&packet[..=encoded])
+    let end = cobs::try_encode(plain, packet).map_err(|_| Damage::TooLong)?;
+    *packet.get_mut(end).ok_or(Damage::TooLong)? = 0;
+    packet.get(..=end).ok_or(Damage::TooLong)
 }
 
 impl<const N: usize> Receiver<N> {
@@ -85,10 +84,10 @@ impl<const N: usize> Receiver<N> {
         }
         let (len, is_overlong) = (self.len, self.is_overlong);
         (self.len, self.is_overlong) = (0, false);
-        match (len, is_overlong) {
-            (_, true) => Some(Err(Damage::TooLong)),
-            (0, false) => None,
-            (_, false) => Some(decode(&mut self.buffer[..len])),
+        match self.buffer.get_mut(..len) {
+            Some([]) if !is_overlong => None,
+            Some(packet) if !is_overlong => Some(decode(packet)),
+            _ => Some(Err(Damage::TooLong)),
         }
     }
 }
@@ -113,8 +112,7 @@ impl fmt::Display for Damage {
 impl core::error::Error for Damage {}
 
 fn decode<'b, M: Deserialize<'b>>(packet: &'b mut [u8]) -> Result<M, Damage> {
-    let len = cobs::decode_in_place(packet).map_err(|_| Damage::Encoding)?;
-    let plain: &'b [u8] = &packet[..len];
+    let plain = unstuff(packet).ok_or(Damage::Encoding)?;
     let (message, crc) = plain.split_last_chunk::<CRC_LEN>().ok_or(Damage::Crc)?;
     if CRC.checksum(message) != u32::from_le_bytes(*crc) {
         return Err(Damage::Crc);
@@ -122,6 +120,22 @@ fn decode<'b, M: Deserialize<'b>>(packet: &'b mut [u8]) -> Result<M, Damage> {
     match postcard::take_from_bytes(message) {
         Ok((message, [])) => Ok(message),
         _ => Err(Damage::Message),
+    }
+}
+
+/// Decodes COBS in place, byte by byte: `cobs::decode_in_place` indexes, and so could panic.
+fn unstuff(packet: &mut [u8]) -> Option<&[u8]> {
+    let (mut state, mut len) = (cobs::DecoderState::Idle, 0);
+    for index in 0..packet.len() {
+        let byte = *packet.get(index)?;
+        if let cobs::DecodeResult::DataContinue(byte) = state.feed(byte).ok()? {
+            *packet.get_mut(len)? = byte;
+            len += 1;
+        }
+    }
+    match state.feed(0) {
+        Ok(cobs::DecodeResult::DataComplete) => packet.get(..len),
+        _ => None,
     }
 }
 

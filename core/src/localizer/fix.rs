@@ -26,7 +26,7 @@ pub struct Fix {
     pub position: Point,
     /// Distance to the landmark, in the metric's unit.
     pub distance: f32,
-    /// Distance to the second nearest landmark; `f32::MAX` when only one was looked at.
+    /// Distance to the second nearest landmark, not less than `distance`; `f32::MAX` when only one was looked at.
     pub second: f32,
     /// `second` over `distance`, at least 1; `f32::MAX` when the distance is zero.
     pub margin: f32,
@@ -63,7 +63,9 @@ impl Fix {
         );
 
         let distance = nearest.first.distance;
+        // Of all but equal distances, the larger may be rounded to the smaller number.
         let second = nearest.second.map_or(f32::MAX, |second| second.distance);
+        let second = second.max(distance);
         let margin = if distance > 0.0 {
             (second / distance).clamp(1.0, f32::MAX)
         } else {

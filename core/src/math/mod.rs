@@ -16,7 +16,7 @@ pub fn angle(across: f32, along: f32) -> f32 {
 }
 
 /// The whole number nearest to `x` (halves away from zero), clamped to `-limit..=limit`, and whether it was clamped.
-/// NaN gives 0.
+/// NaN gives 0. The limit is not negative.
 ///
 /// ```
 /// use eigenmark_core::math::round_clamped;
@@ -28,7 +28,8 @@ pub fn angle(across: f32, along: f32) -> f32 {
 pub fn round_clamped(x: f32, limit: i16) -> (i16, bool) {
     // `as` truncates towards zero, saturates, and maps NaN to 0.
     let whole = (x + 0.5_f32.copysign(x)) as i32;
-    let clamped = whole.clamp(-i32::from(limit), i32::from(limit));
+    // Unlike `clamp` this does not panic.
+    let clamped = whole.max(-i32::from(limit)).min(limit.into());
     (clamped as i16, clamped != whole)
 }
 

@@ -36,6 +36,7 @@ const SIDE: usize = MAX_VIEW_SIDE as usize;
 pub fn reduce(frame: &Frame<'_>, view: &mut View) {
     let (q, v) = (usize::from(frame.square_side()), usize::from(view.side()));
     view.fill(|pixels| {
+        let v = v.max(1); // no view is empty, but the compiler has to see it
         let rows = pixels.chunks_exact_mut(v).zip(0..);
         if q == kernel::SIX * v {
             for (row, index) in rows {
@@ -54,15 +55,16 @@ pub fn reduce(frame: &Frame<'_>, view: &mut View) {
 
 /// Whole ratios: one row of view pixels that are means of blocks.
 fn reduce_blocks(frame: &Frame<'_>, index: u16, row: &mut [u8]) {
-    let block = usize::from(frame.square_side()) / row.len();
-    let area = (block * block) as u32;
+    let block = (usize::from(frame.square_side()) / row.len().max(1)).max(1);
+    let area = ((block * block) as u32).max(1);
     let mut sums = [0_u32; SIDE];
+    let sums = sums.get_mut(..row.len()).unwrap_or_default();
     for y in 0..block as u16 {
         let source = frame.square_row(index * block as u16 + y);
-        kernel::add_blocks(source, block, &mut sums[..row.len()]);
+        kernel::add_blocks(source, block, sums);
     }
     for (pixel, sum) in row.iter_mut().zip(sums) {
-        *pixel = ((sum + area / 2) / area) as u8;
+        *pixel = ((*sum + area / 2) / area) as u8;
     }
 }
 
@@ -77,7 +79,7 @@ fn reduce_fractions(frame: &Frame<'_>, pixels: &mut [u8], q: u32, v: u32) {
         let mut left = v; // units of this source row not yet used
         while left > 0 {
             let used = left.min(q - filled);
-            for (sum, row_sum) in sums.iter_mut().zip(&row_sums[..v as usize]) {
+            for (sum, row_sum) in sums.iter_mut().zip(&row_sums).take(v as usize) {
                 *sum += used * row_sum;
             }
             left -= used;
@@ -94,8 +96,9 @@ fn reduce_fractions(frame: &Frame<'_>, pixels: &mut [u8], q: u32, v: u32) {
 
 /// Turns the finished sums into a row of pixels and clears them.
 fn emit_row(sums: &mut [u32], q: u32, row: &mut [u8]) {
+    let area = (q * q).max(1);
     for (pixel, sum) in row.iter_mut().zip(sums) {
-        *pixel = ((*sum + q * q / 2) / (q * q)) as u8;
+        *pixel = ((*sum + area / 2) / area) as u8;
         *sum = 0;
     }
 }

@@ -123,7 +123,7 @@ pub fn level(frame: &Frame<'_>, pose: &Pose, view: &mut View) -> Coverage {
     view.fill(|pixels| {
         let mut level = 0;
         let mut row = 0.5;
-        for pixels in pixels.chunks_exact_mut(side) {
+        for pixels in pixels.chunks_exact_mut(side.max(1)) {
             let mut column = 0.5;
             for pixel in pixels {
                 // What lies at the horizon or beyond looks like the pixel before it.

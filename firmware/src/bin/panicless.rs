@@ -1,0 +1,102 @@
+//! Links only when nothing that flies can panic: its panic handler calls a function that does not exist.
+//!
+//! It is built, not run. Everything that stands between untrusted bytes and a fix is called with input that the
+//! compiler cannot see through: an atlas is parsed, frames come as pixels, over the link, and reduced to views. Where
+//! the optimizer leaves one check that can fail in any of that, the handler is linked and the linker reports that
+//! `a_panic_path_is_linked` is undefined.
+//!
+//! To find the culprit, link all the same, and ask for the calls of the panicking functions and their inlined callers
+//! (`llvm-objdump` and `llvm-symbolizer` are in Debian's package `llvm`):
+//!
+//! ```sh
+//! cargo rustc --package eigenmark-firmware --profile firmware --target thumbv7em-none-eabihf --bin panicless \
+//!     -- -C link-arg=--defsym=a_panic_path_is_linked=0
+//! elf=target/thumbv7em-none-eabihf/firmware/panicless
+//! llvm-objdump --disassemble $elf | sed -nE 's/^ *([0-9a-f]+):.*\bbl.*<.*(panicking|_fail).*/0x\1/p' |
+//!     llvm-symbolizer --inlines --functions=none --exe $elf
+//! ```
+//!
+//! The feature `panic-path` adds such a path behind all the others, so that a test sees the check fail.
+
+#![no_std]
+#![no_main]
+
+use core::{hint::black_box, panic::PanicInfo};
+
+use eigenmark_core::{
+    atlas::{Atlas, checksum},
+    frame::Frame,
+    landmark::Point,
+    link::{MAX_REPLY_LEN, Receiver, Reply, Responder},
+    localizer::Localizer,
+    preprocess::{Pose, PoseError, View},
+};
+use static_cell::ConstStaticCell;
+// The interrupt vectors.
+use stm32f4 as _;
+
+static RESPONDER: ConstStaticCell<Responder> = ConstStaticCell::new(Responder::new());
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    if let Some(responder) = RESPONDER.try_take()
+        && let Ok(atlas) = Atlas::parse(opaque())
+    {
+        fly(&mut Localizer::new(atlas), responder);
+    }
+    let mut host = Receiver::<MAX_REPLY_LEN>::new();
+    loop {
+        black_box(host.push::<Reply>(black_box(0)).is_some());
+    }
+}
+
+fn fly(localizer: &mut Localizer<'_>, responder: &mut Responder) {
+    let (atlas, index) = (localizer.atlas(), black_box(0));
+    let landmarks = atlas.landmarks().prefix(index);
+    black_box(landmarks.coefficients(index).next());
+    black_box(atlas.thumbnail(index));
+    black_box(atlas.eigenspace().weight(index, index));
+    black_box(checksum(opaque()));
+    if let Ok(frame) = Frame::new(opaque(), black_box(0), black_box(0), black_box(0)) {
+        black_box(localizer.locate(&frame));
+        if let Ok(pose) = pose() {
+            let atlas = localizer.atlas();
+            let place = Point {
+                x_px: black_box(0.0),
+                y_px: black_box(0.0),
+            };
+            let near = atlas
+                .landmarks()
+                .near(atlas.lattices(), place, black_box(0.0));
+            black_box(localizer.locate_among(&frame, &pose, near));
+        }
+    }
+    if let Some(view) = View::from_pixels(opaque()) {
+        black_box(localizer.locate_view(&view));
+    }
+    while black_box(true) {
+        black_box(responder.push(black_box(0), localizer));
+    }
+    #[cfg(feature = "panic-path")]
+    black_box(opaque()[black_box(0)]);
+}
+
+fn pose() -> Result<Pose, PoseError> {
+    let any = || black_box(0.0);
+    Pose::new(any(), any())?.tilted(any(), any(), any())
+}
+
+/// Bytes of which nothing is known.
+fn opaque() -> &'static [u8] {
+    black_box(&[])
+}
+
+#[panic_handler]
+#[expect(unsafe_code, reason = "a function that does not exist is declared")]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    unsafe extern "C" {
+        fn a_panic_path_is_linked() -> !;
+    }
+    // SAFETY: it cannot be called: what refers to it does not link.
+    unsafe { a_panic_path_is_linked() }
+}
