@@ -29,7 +29,7 @@ const SLOTS: [&str; 2] = ["__atlas_start", "__atlas_slot_b"];
 const REGION_END: &str = "__atlas_end";
 
 /// How long the board may take to answer, or a program to end; many times what either needs.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// How long a question may go unanswered before it is asked again.
 const RETRY: Duration = Duration::from_millis(300);

@@ -27,32 +27,42 @@ pub fn report(progress: &Progress) -> Result<AtlasBuffer, TrainError> {
 /// # Errors
 /// None that the built-in city gives.
 pub fn of_cycles(progress: &Progress) -> Result<Vec<Vec<AtlasBuffer>>, TrainError> {
-    let dense = Settings {
-        stride_px: Some(20),
-        normalize: Normalize::Std,
-        whiten: 0.5,
-        metric: Metric::Cosine,
-        ..all()
-    };
     let more = Settings {
         stride_px: Some(32),
         ..all()
     };
     let wide = Settings {
         dimensions: 48,
-        ..dense.clone()
-    };
-    let narrow = Settings {
-        dimensions: 96,
-        highpass_px: 3.0,
-        width: Width::I8,
-        ..dense
+        highpass_px: 0.0,
+        width: Width::I16,
+        ..narrow()
     };
     Ok(vec![
         vec![report(progress)?, trained(&more, progress)?],
         vec![trained(&wide, progress)?],
-        vec![trained(&narrow, progress)?],
+        vec![dense(progress)?],
     ])
+}
+
+/// A dense table of 96 dimensions of 8 bits.
+///
+/// # Errors
+/// None that the built-in city gives.
+pub fn dense(progress: &Progress) -> Result<AtlasBuffer, TrainError> {
+    trained(&narrow(), progress)
+}
+
+fn narrow() -> Settings {
+    Settings {
+        stride_px: Some(20),
+        dimensions: 96,
+        normalize: Normalize::Std,
+        highpass_px: 3.0,
+        whiten: 0.5,
+        metric: Metric::Cosine,
+        width: Width::I8,
+        ..all()
+    }
 }
 
 fn all() -> Settings {

@@ -35,7 +35,7 @@ fn settings() -> Vec<Settings> {
         for (metric, width) in [
             (Metric::Nssd, Width::I16),
             (Metric::Euclid, Width::I8),
-            (Metric::Cosine, Width::I16),
+            (Metric::Cosine, Width::I8),
         ] {
             all.push(Settings {
                 normalize,

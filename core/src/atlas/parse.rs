@@ -290,6 +290,13 @@ fn check_eigenspace(eigenspace: &Eigenspace<'_>) -> Result<(), AtlasError> {
         return Err(AtlasError::Unbalanced { row: k as u32, sum });
     }
 
+    let surplus = eigenspace.stored_mean_weights().iter().skip(pixels);
+    if surplus.into_iter().any(|&weight| weight != 0) {
+        return Err(AtlasError::Padding {
+            part: Part::MeanWeights,
+        });
+    }
+
     // Rows beyond k and pixels beyond m have weight zero: count what is not, everywhere and where it may be.
     let stored = weights.iter().filter(|&&weight| weight != 0).count();
     let used = (0..k)

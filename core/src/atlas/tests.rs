@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::{
-    eigenspace::{MeanRow, Normalize, Row, weight_index},
+    eigenspace::{MeanRow, Normalize, Row, weight_count, weight_index},
     frame::Frame,
     landmark::{Lattice, Lattices, Metric, Point, Record, Width},
     localizer::Localizer,
@@ -387,6 +387,19 @@ fn weights_that_do_not_add_up_are_reported() {
         s.mean_weights[0] = 2;
     });
     assert_eq!(unbalanced, AtlasError::Unbalanced { row: 1, sum: 1 });
+    let mean_padding = Sample::error_after(|s| {
+        s.header.view_side = 3;
+        s.weights = vec![0; weight_count(3, 1)];
+        s.mean_weights = vec![0; 12];
+        s.mean_weights[9] = 1;
+    });
+    assert_eq!(
+        mean_padding,
+        AtlasError::Padding {
+            part: Part::MeanWeights
+        }
+    );
+
     let padding = Sample::error_after(|s| s.weights[weight_index(2, 1, 0)] = 1);
     assert_eq!(
         padding,

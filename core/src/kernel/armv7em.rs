@@ -9,8 +9,8 @@
 use core::{arch::asm, mem::MaybeUninit};
 
 use super::{
-    BATCH, Cuts, Greatest, Kernel, PAIRS_PER_GROUP, PIXELS_PER_GROUP, Pair, Pixels, ROWS_PER_BLOCK,
-    SIX, Weights, portable,
+    BATCH, Cuts, Greatest, PAIRS_PER_GROUP, PIXELS_PER_GROUP, Pair, Pixels, ROWS_PER_BLOCK, SIX,
+    Weights, Width, portable,
 };
 
 /// See [`portable::add_blocks`]: for blocks of whole words 4 instructions per word and 5 per block.
@@ -108,10 +108,11 @@ pub fn sum_cuts(row: &[u8], cuts: &Cuts, sums: &mut [u32]) {
 }
 
 /// Twelve pixels of one row at r0: r11 and r12 collect the sums of the first and the last four, the halves of lr those
-/// of the two and two between. `$next` moves on to the next row.
+/// of the two and two between. `$load` brings them into r8, r9, r10, `$next` moves on to the next row.
 macro_rules! twelve {
-    ($next:literal) => {
+    ($load:literal, $next:literal) => {
         concat!(
+            $load,
             $next,
             "usada8  r11, r8, r2, r11\n",
             "usada8  r12, r10, r2, r12\n",
@@ -121,35 +122,22 @@ macro_rules! twelve {
     };
 }
 
-/// ⌈2³²/36⌉: SMMULR with it divides by 36 and rounds half up, exactly for sums up to 2³¹/36.
-const RECIPROCAL_OF_36: u32 = 119_304_648;
-
-/// See [`portable::reduce_sixfold`]: 45 instructions per two blocks, or 0.63 per pixel.
-pub fn reduce_sixfold(source: &[u8], stride: usize, view: &mut [u8]) {
-    let is_aligned = source.as_ptr().cast::<u32>().is_aligned() && stride.is_multiple_of(4);
-    let is_whole = view.len().is_multiple_of(2) && !view.is_empty();
-    let needed = stride
-        .saturating_mul(SIX - 1)
-        .saturating_add(view.len() * SIX);
-    if !is_aligned || !is_whole || source.len() < needed {
-        return portable::reduce_sixfold(source, stride, view);
-    }
-    // SAFETY: the loop reads six runs of 6·`view.len()` bytes, `stride` apart, which `source` holds as was just checked,
-    // at aligned addresses, and writes `view.len()` bytes, an even number and not zero.
-    unsafe {
+/// One row of view pixels, two by two.
+macro_rules! sixfold {
+    ($load:literal, $load_last:literal, $source:ident, $stride:ident, $view:ident) => {
         asm!(
             "2:",
-            "ldm     r0, {{r8, r9, r10}}",
+            $load,
             "add     r0, r0, r1",
             "usad8   r11, r8, r2",
             "usad8   r12, r10, r2",
             "uxtb16  lr, r9",
             "uxtab16 lr, lr, r9, ror #8",
-            twelve!("ldm r0, {{r8, r9, r10}}\nadd r0, r0, r1\n"),
-            twelve!("ldm r0, {{r8, r9, r10}}\nadd r0, r0, r1\n"),
-            twelve!("ldm r0, {{r8, r9, r10}}\nadd r0, r0, r1\n"),
-            twelve!("ldm r0, {{r8, r9, r10}}\nadd r0, r0, r1\n"),
-            twelve!("ldm r0!, {{r8, r9, r10}}\nsub r0, r0, r1, lsl #2\nsub r0, r0, r1\n"),
+            twelve!($load, "add r0, r0, r1\n"),
+            twelve!($load, "add r0, r0, r1\n"),
+            twelve!($load, "add r0, r0, r1\n"),
+            twelve!($load, "add r0, r0, r1\n"),
+            twelve!($load_last, "sub r0, r0, r1, lsl #2\nsub r0, r0, r1\n"),
             "uxtah   r11, r11, lr",
             "add     r12, r12, lr, lsr #16",
             "smmulr  r11, r11, r3",
@@ -158,12 +146,12 @@ pub fn reduce_sixfold(source: &[u8], stride: usize, view: &mut [u8]) {
             "strb    r12, [r4], #1",
             "cmp     r4, r5",
             "bne     2b",
-            inout("r0") source.as_ptr() => _,
-            in("r1") stride,
+            inout("r0") $source.as_ptr() => _,
+            in("r1") $stride,
             in("r2") 0,
             in("r3") RECIPROCAL_OF_36,
-            inout("r4") view.as_mut_ptr() => _,
-            in("r5") view.as_mut_ptr_range().end,
+            inout("r4") $view.start => _,
+            in("r5") $view.end,
             out("r8") _,
             out("r9") _,
             out("r10") _,
@@ -171,7 +159,46 @@ pub fn reduce_sixfold(source: &[u8], stride: usize, view: &mut [u8]) {
             out("r12") _,
             out("lr") _,
             options(nostack),
-        );
+        )
+    };
+}
+
+/// ⌈2³²/36⌉: SMMULR with it divides by 36 and rounds half up, exactly for sums up to 2³¹/36.
+const RECIPROCAL_OF_36: u32 = 119_304_648;
+
+/// See [`portable::reduce_sixfold`]: 45 instructions per two blocks, or 0.63 per pixel; 58 when rows do not start at
+/// whole words, where LDM may not load.
+pub fn reduce_sixfold(source: &[u8], stride: usize, view: &mut [u8]) {
+    let is_whole = view.len().is_multiple_of(2) && !view.is_empty();
+    let needed = stride
+        .saturating_mul(SIX - 1)
+        .saturating_add(view.len() * SIX);
+    if !is_whole || source.len() < needed {
+        return portable::reduce_sixfold(source, stride, view);
+    }
+    let is_aligned = source.as_ptr().cast::<u32>().is_aligned() && stride.is_multiple_of(4);
+    let view = view.as_mut_ptr_range();
+    // SAFETY: the loops read six runs of as many bytes as `needed` counts, which `source` holds as was just checked,
+    // `stride` apart, and write the view's bytes, an even number and not zero. LDM is used at aligned addresses only;
+    // LDR needs no alignment.
+    unsafe {
+        if is_aligned {
+            sixfold!(
+                "ldm r0, {{r8, r9, r10}}\n",
+                "ldm r0!, {{r8, r9, r10}}\n",
+                source,
+                stride,
+                view
+            );
+        } else {
+            sixfold!(
+                "ldr r8, [r0]\nldr r9, [r0, #4]\nldr r10, [r0, #8]\n",
+                "ldr r8, [r0]\nldr r9, [r0, #4]\nldr r10, [r0, #8]\nadd r0, r0, #12\n",
+                source,
+                stride,
+                view
+            );
+        }
     }
 }
 
@@ -393,16 +420,16 @@ impl Dots {
 
     /// See [`portable::Dots::of`].
     #[inline]
-    pub fn of(&mut self, kernel: Kernel, view: &[Pair], rows: &[Pair], count: usize) -> &[i32] {
-        let (len, count) = (kernel.row_len(view), count.min(BATCH));
+    pub fn of(&mut self, width: Width, view: &[Pair], rows: &[Pair], count: usize) -> &[i32] {
+        let (len, count) = (width.words(view), count.min(BATCH));
         let dots = &mut self.0[..count];
         if rows.len() < count * len {
             return &[];
         }
-        match kernel {
-            Kernel::I16 if len == 8 => eight_words(view, rows, dots),
-            Kernel::I16 if len > 0 => dots_i16(view, rows, dots),
-            Kernel::I8 if len > 0 => dots_i8(view, rows, dots),
+        match width {
+            Width::I16 if len == 8 => eight_words(view, rows, dots),
+            Width::I16 if len > 0 => dots_i16(view, rows, dots),
+            Width::I8 if len > 0 => dots_i8(view, rows, dots),
             _ => dots.fill(MaybeUninit::new(0)),
         }
         // SAFETY: all of them have been written.

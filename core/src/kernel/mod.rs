@@ -14,6 +14,7 @@
 //! they are not given in whole groups or rows they leave out.
 
 use bytemuck::{Pod, Zeroable};
+use serde::{Deserialize, Serialize};
 
 #[cfg(armv7em)]
 mod armv7em;
@@ -43,11 +44,14 @@ pub const ROWS_PER_BLOCK: usize = 5;
 /// Pixels that are stored, and multiplied, together: one 32-bit load.
 pub const PIXELS_PER_GROUP: usize = 4;
 
+/// Words of weights of one group of pixels in a block.
+const PAIRS_PER_GROUP: usize = ROWS_PER_BLOCK * PIXELS_PER_GROUP / 2;
+
 /// Side of a block that has a kernel of its own: 120 pixels of a camera's frame to 20 of a view.
-pub const SIX: usize = 6;
+pub(crate) const SIX: usize = 6;
 
 /// Rows of a table whose dot products are computed together.
-pub const BATCH: usize = 128;
+pub(crate) const BATCH: usize = 128;
 
 /// A group of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -64,18 +68,18 @@ pub struct Weights(pub [i8; PIXELS_PER_GROUP]);
 #[repr(C, align(4))]
 pub struct Pair(pub [i16; 2]);
 
-/// How a table stores its coefficients.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
-    /// 16 bits each.
+/// Width of a stored coefficient.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Width {
+    /// 16 bits.
     I16,
-    /// 8 bits each, in pairs.
+    /// 8 bits, in pairs.
     I8,
 }
 
 /// A row of a table and its fraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ranked {
+pub(crate) struct Ranked {
     /// The row; `u32::MAX` for none.
     pub row: u32,
     /// Numerator.
@@ -86,7 +90,7 @@ pub struct Ranked {
 
 /// The two greatest of some fractions, the greatest first; of equals the earlier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Greatest {
+pub(crate) struct Greatest {
     /// The greatest.
     pub first: Ranked,
     /// The second greatest.
@@ -129,18 +133,15 @@ impl Ranked {
     }
 }
 
-impl Kernel {
+impl Width {
     /// Words per row for a view of as many as `view`.
-    fn row_len(self, view: &[Pair]) -> usize {
+    fn words(self, view: &[Pair]) -> usize {
         match self {
             Self::I16 => view.len(),
             Self::I8 => view.len() / 2,
         }
     }
 }
-
-/// Words of weights of one group of pixels in a block.
-const PAIRS_PER_GROUP: usize = ROWS_PER_BLOCK * PIXELS_PER_GROUP / 2;
 
 /// Prepares a view's coefficients g for a table of 8-bit ones: for every four of them (g1, g3) and (256·g0 − g1,
 /// 256·g2 − g3).

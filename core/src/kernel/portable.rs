@@ -1,8 +1,8 @@
 //! The kernels as their definitions say them.
 
 use super::{
-    BATCH, Cuts, Greatest, Kernel, PAIRS_PER_GROUP, Pair, Pixels, ROWS_PER_BLOCK, Ranked, SIX,
-    Weights,
+    BATCH, Cuts, Greatest, PAIRS_PER_GROUP, Pair, Pixels, ROWS_PER_BLOCK, Ranked, SIX, Weights,
+    Width,
 };
 
 /// Adds every run of `block` pixels of a row to the sum of the same number.
@@ -99,20 +99,20 @@ impl Dots {
         Self([0; BATCH])
     }
 
-    /// The dot products that `kernel` computes of `view` and the first `count` rows, [`BATCH`] at most; none when there
+    /// The dot products of `view` and the first `count` rows, [`BATCH`] at most; none when there
     /// are not as many rows.
     #[inline]
-    pub fn of(&mut self, kernel: Kernel, view: &[Pair], rows: &[Pair], count: usize) -> &[i32] {
-        let (len, count) = (kernel.row_len(view), count.min(BATCH));
+    pub fn of(&mut self, width: Width, view: &[Pair], rows: &[Pair], count: usize) -> &[i32] {
+        let (len, count) = (width.words(view), count.min(BATCH));
         let Some(rows) = rows.get(..count * len) else {
             return &[];
         };
         let dots = &mut self.0[..count];
         for (index, dot) in dots.iter_mut().enumerate() {
             let row = &rows[index * len..(index + 1) * len];
-            *dot = match kernel {
-                Kernel::I16 => dot_i16(view, row),
-                Kernel::I8 => dot_i8(view, row),
+            *dot = match width {
+                Width::I16 => dot_i16(view, row),
+                Width::I8 => dot_i8(view, row),
             };
         }
         dots
@@ -229,7 +229,7 @@ mod tests {
             let mut halves = std::vec![Pair([0; 2]); words.len()];
             split(&words, &mut halves);
             let mut dots = Dots::new();
-            prop_assert_eq!(dots.of(Kernel::I8, &halves, &pairs(&packed), 1), [expected]);
+            prop_assert_eq!(dots.of(Width::I8, &halves, &pairs(&packed), 1), [expected]);
         }
     }
 

@@ -15,7 +15,8 @@ pub use lattice::{Lattice, Lattices, Point};
 pub use nearest::{Match, Nearest};
 pub use refine::MAX_STRIDE;
 
-use crate::kernel::{Kernel, Pair};
+use crate::kernel::Pair;
+pub use crate::kernel::Width;
 
 /// How dissimilar two points of the eigenspace are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,15 +39,6 @@ pub struct Record {
     /// A fix closer than this is guaranteed: at most ε_i of report (2.38), reconstructed, narrowed by the quantization
     /// error and by wrong fixes met in training; in the metric's unit.
     pub radius: f32,
-}
-
-/// Width of a stored coefficient.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Width {
-    /// 16 bits.
-    I16,
-    /// 8 bits.
-    I8,
 }
 
 /// All landmarks of an atlas, best first.
@@ -83,14 +75,6 @@ impl Width {
         match self {
             Self::I16 => a,
             Self::I8 => b.wrapping_mul(256).wrapping_add(a),
-        }
-    }
-
-    /// The kernel that reads rows of this width.
-    fn kernel(self) -> Kernel {
-        match self {
-            Self::I16 => Kernel::I16,
-            Self::I8 => Kernel::I8,
         }
     }
 

@@ -82,7 +82,7 @@ impl LandmarkTable<'_> {
                 else {
                     continue;
                 };
-                let dots = dots.of(self.width.kernel(), view, row, 1);
+                let dots = dots.of(self.width, view, row, 1);
                 *similarity = dots
                     .first()
                     .map(|&dot| similarity_of(self.metric, dot, squared_norm, norm));

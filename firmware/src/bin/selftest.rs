@@ -16,8 +16,15 @@ use eigenmark_firmware::{
 /// Budget of the stack, in bytes; the digest's frame of 19,200 bytes lies on it besides.
 const STACK_BYTES: usize = 8 * 1024 + 160 * 120;
 
-/// Pseudo-random cases in which the fast kernels are compared with the portable ones.
-const TWIN_CASES: u32 = 2000;
+/// Pseudo-random cases in which the fast kernels are compared with the portable ones; more where the environment of the
+/// build says so.
+const TWIN_CASES: u32 = match option_env!("EIGENMARK_TWIN_CASES") {
+    None => 2000,
+    Some(cases) => match u32::from_str_radix(cases, 10) {
+        Ok(cases) => cases,
+        Err(_) => panic!("EIGENMARK_TWIN_CASES is not a number"),
+    },
+};
 
 #[cortex_m_rt::entry]
 fn main() -> ! {

@@ -21,16 +21,16 @@
 //!
 //! F·Y, F·X and Z are linear in (dx, dy, 1): a homography. It and its derivative are evaluated at the middle of every
 //! view pixel, which makes the pixel a parallelogram of the frame. Its level is the mean of n×n bilinear samples on a
-//! regular lattice, n as small as keeps them at most 1.6 frame pixels apart. Beyond the frame's border its border
+//! regular raster, n as small as keeps them at most 1.6 frame pixels apart. Beyond the frame's border its border
 //! pixels are repeated, and samples are twice as far apart, for they are guesses.
 //!
-//! Single precision up to the lattices, integers after that, no operation fused: the same bits on every machine.
+//! Single precision up to the rasters, integers after that, no operation fused: the same bits on every machine.
 //!
 //! **Accuracy.** Frames of 160×120 at altitude 1.1 and any heading, to 20×20, differ from exact area averaging by 0.7
 //! (built-in city) and 0.9 gray levels (wellington), root mean square. Two frames of one place, one turned and one
 //! nominal, differ by 1.3 and 1.8 even if both are averaged exactly. Those are 4×4 samples per pixel; 3×3 give 1.6 and
 //! 2.1, and 5×5 give 0.3 for half as much work again. Rejected, as worse for the same work: single pixels without
-//! weights, 2×2 pixels without weights, rows staggered by half a step, Fibonacci lattices.
+//! weights, 2×2 pixels without weights, rows staggered by half a step, Fibonacci rasters.
 //!
 //! Sines, cosines and the tangent come from `libm`: those of `micromath` are 0.0011 off, which is 0.09 pixel in the
 //! corner of a frame of 120×120.

@@ -73,12 +73,12 @@ impl<'a> Sampler<'a> {
         let is_inside =
             (low[0] | low[1]) >= 0 && high[0] <= self.last[0] && high[1] <= self.last[1];
         if is_inside
-            && let Some(lattice) = self.density.lattice(patch)
-            && lattice.count <= MAX_PACKED
+            && let Some(raster) = self.density.raster(patch)
+            && raster.count <= MAX_PACKED
         {
             self.seen += 1;
             let corner = low.map(|at| at >> FRACTION);
-            let sum = sum_packed(self.pixels, self.stride, corner, &lattice);
+            let sum = sum_packed(self.pixels, self.stride, corner, &raster);
             return self.density.mean(sum);
         }
         self.level_at_border(*patch, before)
@@ -98,16 +98,16 @@ impl<'a> Sampler<'a> {
         } else {
             &mut self.guess
         };
-        let Some(lattice) = density.lattice(&patch) else {
+        let Some(raster) = density.raster(&patch) else {
             return before;
         };
         self.seen += u16::from(is_seen);
-        density.mean(sum_clamped(self.pixels, self.stride, self.last, &lattice))
+        density.mean(sum_clamped(self.pixels, self.stride, self.last, &raster))
     }
 }
 
 /// The samples of a patch: `count`² of them. Positions and steps are [x, y] in units of 1/[`ONE`] pixel.
-struct Lattice {
+struct Raster {
     first: [i32; 2],
     right: [i32; 2],
     down: [i32; 2],
@@ -143,7 +143,7 @@ impl Density {
 
     /// The samples of a patch; `None` when it is a point or too large to be followed.
     #[inline(always)]
-    fn lattice(&mut self, patch: &Patch) -> Option<Lattice> {
+    fn raster(&mut self, patch: &Patch) -> Option<Raster> {
         let squares = patch.squares();
         let is_as_before = squares > self.squares[0] && squares <= self.squares[1];
         if !is_as_before && !self.search(squares) {
@@ -153,7 +153,7 @@ impl Density {
             (patch.middle[axis] - (patch.right[axis] + patch.down[axis]) * self.half) as i32
         };
         let step = |size: f32| (size * self.share) as i32;
-        Some(Lattice {
+        Some(Raster {
             first: [first(0), first(1)],
             right: patch.right.map(step),
             down: patch.down.map(step),
@@ -183,24 +183,24 @@ impl Density {
         true
     }
 
-    /// The mean of a lattice's samples from their sum, rounded half up.
+    /// The mean of a raster's samples from their sum, rounded half up.
     fn mean(&self, sum: u32) -> u8 {
         ((sum + self.weight.get() / 2) / self.weight) as u8
     }
 }
 
-/// The sum of a lattice's samples, 2¹⁰ times their levels. The pixel `corner` is left of and above all of them; x and
+/// The sum of a raster's samples, 2¹⁰ times their levels. The pixel `corner` is left of and above all of them; x and
 /// y from there are the halves of one word, and move together.
-fn sum_packed(pixels: &[u8], stride: usize, corner: [i32; 2], lattice: &Lattice) -> u32 {
+fn sum_packed(pixels: &[u8], stride: usize, corner: [i32; 2], raster: &Raster) -> u32 {
     let start = corner[1] as usize * stride + corner[0] as usize;
     let Some(pixels) = pixels.get(start..) else {
         return 0;
     };
     let pack = |[x, y]: [i32; 2]| ((y << PACKED) + x) as u32;
-    let [x, y] = lattice.first;
+    let [x, y] = raster.first;
     let first = pack([x - (corner[0] << FRACTION), y - (corner[1] << FRACTION)]);
-    let steps = [pack(lattice.right), pack(lattice.down)];
-    sum_words(pixels, stride, first, steps, lattice.count)
+    let steps = [pack(raster.right), pack(raster.down)];
+    sum_words(pixels, stride, first, steps, raster.count)
 }
 
 #[inline(never)] // with registers of its own
@@ -226,27 +226,27 @@ fn sum_words(pixels: &[u8], stride: usize, first: u32, [right, down]: [u32; 2], 
     sum
 }
 
-/// The sum of a lattice's samples, 2¹⁰ times their levels; positions beyond the border are moved there.
+/// The sum of a raster's samples, 2¹⁰ times their levels; positions beyond the border are moved there.
 #[inline(never)]
-fn sum_clamped(pixels: &[u8], stride: usize, last: [i32; 2], lattice: &Lattice) -> u32 {
+fn sum_clamped(pixels: &[u8], stride: usize, last: [i32; 2], raster: &Raster) -> u32 {
     let Some(taps) = Taps::new(pixels, stride) else {
         return 0;
     };
-    let [mut left, mut top] = lattice.first;
+    let [mut left, mut top] = raster.first;
     let mut sum = 0;
-    for _ in 0..lattice.count {
+    for _ in 0..raster.count {
         let (mut x, mut y) = (left, top);
-        for _ in 0..lattice.count {
+        for _ in 0..raster.count {
             let (column, row) = (x.min(last[0]).max(0), y.min(last[1]).max(0));
             let Some(level) = taps.bilinear(column as u32, row as u32) else {
                 return sum;
             };
             sum += level;
-            x += lattice.right[0];
-            y += lattice.right[1];
+            x += raster.right[0];
+            y += raster.right[1];
         }
-        left += lattice.down[0];
-        top += lattice.down[1];
+        left += raster.down[0];
+        top += raster.down[1];
     }
     sum
 }
@@ -312,12 +312,12 @@ mod tests {
                 prop_assume!(room > 0.0);
                 patch.middle[axis] = patch.reach(axis) + middle[axis] * 0.999 * room;
             }
-            let lattice = sampler.density.lattice(&patch).expect("has a size");
-            prop_assume!(lattice.count <= MAX_PACKED);
+            let raster = sampler.density.raster(&patch).expect("has a size");
+            prop_assume!(raster.count <= MAX_PACKED);
             let corner = [0, 1].map(|axis| (patch.middle[axis] - patch.reach(axis)) as i32 >> FRACTION);
             prop_assert_eq!(
-                sum_packed(frame.pixels(), stride, corner, &lattice),
-                sum_clamped(frame.pixels(), stride, sampler.last, &lattice)
+                sum_packed(frame.pixels(), stride, corner, &raster),
+                sum_clamped(frame.pixels(), stride, sampler.last, &raster)
             );
         }
     }
