@@ -3,7 +3,8 @@
 //! Each kernel exists twice, in files that mirror each other: [`portable`] is the plain definition, and runs wherever
 //! there is nothing faster; [`armv7em`] is the same function for Cortex-M4 and M7, in their packed-byte and
 //! dual-multiply instructions. Both give the same bits for every input: property tests compare the portable kernels
-//! with literal formulas on the host, and the self-test compares the twins with each other on the target.
+//! with literal formulas on the host, and the self-test compares the twins with each other on the target, also with what
+//! they read and write at the edges of guarded memory: no checker of the compiler sees what assembly does.
 //!
 //! **Notation.** A *group* is four pixels, one 32-bit word, y₀…y₃. UXTB16 unpacks it into the pairs (y₀, y₂) and
 //! (y₁, y₃), which is why weights are stored in the order 0, 2, 1, 3.
@@ -17,6 +18,7 @@ use bytemuck::{Pod, Zeroable};
 
 #[cfg(armv7em)]
 mod armv7em;
+mod edges;
 mod portable;
 mod twins;
 
@@ -29,6 +31,7 @@ pub(crate) use portable::{
     Dots, block_dots, find_square, keep_greatest, mean_dot, reduce_sixfold, statistics, sum,
 };
 
+pub use edges::{EDGE_WORDS, compare_at_edges};
 pub use twins::{Disagreement, compare};
 
 /// Basis rows that are stored, and multiplied, together.
