@@ -8,6 +8,7 @@
 pub mod atlas_region;
 pub mod board;
 mod exit;
+pub mod guard;
 pub mod stack;
 
 // The global logger.

@@ -158,13 +158,15 @@ fn decode_header(bytes: &[u8], len: u16) -> Result<Header, AtlasError> {
     let encoded = bytes
         .get(PREAMBLE_LEN..PREAMBLE_LEN + usize::from(len))
         .ok_or(error)?;
-    match postcard::take_from_bytes(encoded) {
-        Ok((header, [])) if is_shortest(encoded, &header) => Ok(header),
-        _ => Err(error),
+    let (header, rest) = postcard::take_from_bytes(encoded).map_err(|_| error)?;
+    if !rest.is_empty() || !is_shortest(encoded, &header) {
+        return Err(error);
     }
+    Ok(header)
 }
 
 /// Whether a header is encoded as [`emit`](super::emit()) does it: the same number can also be written with more bytes.
+#[inline(never)] // its buffer leaves the stack when it returns
 fn is_shortest(encoded: &[u8], header: &Header) -> bool {
     encode_header(header, &mut [0; MAX_HEADER_LEN]).is_ok_and(|shortest| shortest == encoded)
 }

@@ -3,7 +3,8 @@
 //! Each kernel exists twice, in files that mirror each other: `portable.rs` is the plain definition, and runs wherever
 //! there is nothing faster; `armv7em.rs` is the same function for Cortex-M4 and M7, in their packed-byte and
 //! dual-multiply instructions. Both give the same bits for every input: property tests compare the portable kernels
-//! with literal formulas on the host, and the self-test compares the twins with each other on the target.
+//! with literal formulas on the host, and the self-test compares the twins with each other on the target, also with what
+//! they read and write at the edges of guarded memory: no checker of the compiler sees what assembly does.
 //!
 //! **Notation.** A *group* is four pixels, one 32-bit word, y₀…y₃. UXTB16 unpacks it into the pairs (y₀, y₂) and
 //! (y₁, y₃), which is why weights are stored in the order 0, 2, 1, 3.
@@ -19,6 +20,7 @@ use serde::{Deserialize, Serialize};
 #[cfg(armv7em)]
 mod armv7em;
 mod cuts;
+mod edges;
 mod portable;
 mod twins;
 
@@ -34,6 +36,7 @@ pub(crate) use portable::{
 };
 
 pub(crate) use cuts::{Cuts, MAX_COLUMNS};
+pub use edges::{EDGE_WORDS, compare_at_edges};
 pub use twins::{Disagreement, compare};
 
 /// Basis rows that are stored, and multiplied, together.

@@ -39,20 +39,20 @@ pub enum Disagreement {
 }
 
 /// Numerical Recipes' generator: any sequence will do.
-struct Random(u32);
+pub(super) struct Random(pub(super) u32);
 
 impl Random {
-    fn next(&mut self) -> u32 {
+    pub(super) fn next(&mut self) -> u32 {
         self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         self.0 >> 8
     }
 
-    fn below(&mut self, limit: usize) -> usize {
+    pub(super) fn below(&mut self, limit: usize) -> usize {
         self.next() as usize % limit
     }
 
     /// Extreme values are frequent: sums overflow where they can.
-    fn byte(&mut self) -> u8 {
+    pub(super) fn byte(&mut self) -> u8 {
         match self.next() % 8 {
             0 => 0,
             1 => 255,
@@ -60,7 +60,7 @@ impl Random {
         }
     }
 
-    fn pair(&mut self) -> Pair {
+    pub(super) fn pair(&mut self) -> Pair {
         Pair([self.number(), self.number()])
     }
 
@@ -196,6 +196,6 @@ fn compare_greatest(random: &mut Random) -> Result<(), Disagreement> {
     agree(is_same, Disagreement::FindSquare)
 }
 
-fn agree(holds: bool, otherwise: Disagreement) -> Result<(), Disagreement> {
+pub(super) fn agree(holds: bool, otherwise: Disagreement) -> Result<(), Disagreement> {
     if holds { Ok(()) } else { Err(otherwise) }
 }

@@ -10,8 +10,11 @@ use eigenmark_core::{
 };
 use eigenmark_firmware::{
     atlas_region::{self, Slot},
-    fail, stack, succeed,
+    fail,
+    guard::{Guard, Guarded},
+    stack, succeed,
 };
+use static_cell::ConstStaticCell;
 
 /// Budget of the stack, in bytes; the digest's frame of 19,200 bytes lies on it besides.
 const STACK_BYTES: usize = 8 * 1024 + 160 * 120;
@@ -25,6 +28,11 @@ const TWIN_CASES: u32 = match option_env!("EIGENMARK_TWIN_CASES") {
         Err(_) => panic!("EIGENMARK_TWIN_CASES is not a number"),
     },
 };
+
+/// The same with what they read and write at the edges of a guarded room.
+const EDGE_CASES: u32 = 500;
+
+static ROOM: ConstStaticCell<Guarded> = ConstStaticCell::new(Guarded::new());
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -62,6 +70,15 @@ fn main() -> ! {
         fail()
     }
     defmt::info!("kernels match their twins in {} cases: ok", TWIN_CASES);
+    let Some(mut guard) = Guard::new(ROOM.take()) else {
+        fail()
+    };
+    check("guards are noticed", guard.notices_its_neighbors());
+    if let Err(kernel) = kernel::compare_at_edges(1, EDGE_CASES, guard.room()) {
+        defmt::error!("the twins of a kernel disagree at an edge: {}", kernel);
+        fail()
+    }
+    check("kernels stay within their slices", guard.is_untouched());
     defmt::println!(
         "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{}}}",
         atlas.crc(),

@@ -1,5 +1,7 @@
 //! Bytes on the wire → requests → replies.
 
+use std::cell::RefCell;
+
 use eigenmark_core::{
     atlas::{Atlas, Blur, Contents, Header, Limits, Training, emit},
     eigenspace::{MeanRow, Normalize, Row, weight_index},
@@ -17,6 +19,17 @@ const SMALL: usize = 24;
 /// Room for a packet with a frame of 39×39 pixels.
 const MAX_PACKET_LEN: usize = 2048;
 
+/// The board's side, which lives through all inputs: what was sent before must not matter.
+struct Board {
+    responder: Responder,
+    localizer: Localizer<'static>,
+    small: Receiver<SMALL>,
+}
+
+thread_local! {
+    static BOARD: RefCell<Box<Board>> = RefCell::new(Box::new(Board::new()));
+}
+
 /// A message that is these bytes.
 struct Raw<'a>(&'a [u8]);
 
@@ -26,23 +39,22 @@ struct Raw<'a>(&'a [u8]);
 /// # Panics
 /// When a promise is broken.
 pub fn link(input: &[u8]) {
-    let mut input = Input(input);
-    let mut words = [0; 64];
-    let atlas = atlas(&mut words);
-    let identity = Reply::Identity(Identity::of(&atlas));
-    let mut localizer = Localizer::new(atlas);
-    let mut responder = Box::new(Responder::new());
-    let mut small = Receiver::<SMALL>::new();
+    BOARD.with_borrow_mut(|board| talk(board, Input(input)));
+}
+
+fn talk(board: &mut Board, mut input: Input<'_>) {
+    let identity = Reply::Identity(Identity::of(board.localizer.atlas()));
     let mut last = None;
     let mut send = |bytes: &[u8]| {
         for &byte in bytes {
-            let _: Option<Result<Request<'_>, _>> = small.push(byte);
-            if let Some((reply, packet)) = responder.push(byte, &mut localizer) {
+            let _: Option<Result<Request<'_>, _>> = board.small.push(byte);
+            if let Some((reply, packet)) = board.responder.push(byte, &mut board.localizer) {
                 assert_eq!(decoded(packet), reply);
                 last = Some(reply);
             }
         }
     };
+    send(&[0]);
     while !input.is_empty() {
         let (kind, len) = (input.byte(), usize::from(input.byte()));
         match kind % 4 {
@@ -61,6 +73,16 @@ pub fn link(input: &[u8]) {
     send(&[0]);
     send(&packet_of(&Request::Identify));
     assert_eq!(last, Some(identity));
+}
+
+impl Board {
+    fn new() -> Self {
+        Self {
+            responder: Responder::new(),
+            localizer: Localizer::new(atlas(Box::leak(Box::new([0; 64])))),
+            small: Receiver::new(),
+        }
+    }
 }
 
 /// A request whose sides and pixels fit or nearly fit each other.
