@@ -447,6 +447,26 @@ fn printed(logs: &[Log]) -> serde_json::Value {
     serde_json::from_str(&printed.expect("a result").text).expect("JSON")
 }
 
+#[test]
+fn the_readme_states_the_records() {
+    let read = |file: &str| fs::read_to_string(maps::workspace().join(file)).expect("readable");
+    let readme = read("README.md");
+    for (file, unit) in [("cycles.jsonl", "instructions"), ("sizes.jsonl", "bytes")] {
+        for line in read(&format!("firmware/{file}")).lines() {
+            let value: serde_json::Value = serde_json::from_str(line).expect("JSON");
+            let number = value[unit].as_u64().expect("a number");
+            let stated = if number < 1000 {
+                number.to_string()
+            } else if number < 1_000_000 {
+                format!("{},{:03}", number / 1000, number % 1000)
+            } else {
+                panic!("{line}: a number this large has two commas")
+            };
+            assert!(readme.contains(&stated), "README.md does not state {line}");
+        }
+    }
+}
+
 /// Compares lines of JSON with their record in `firmware/`, or renews it.
 fn compare_with_record(file: &str, unit: &str, lines: &[String]) {
     let path = maps::workspace().join("firmware").join(file);

@@ -258,11 +258,24 @@ fn by_cosine(start: u32, dots: &[i32], norms: &[u32], greatest: &mut Greatest) {
 }
 
 /// Whether n/√d > m/√c. A zero divisor comes with a zero numerator: a zero vector is at a right angle to everything.
-#[cold]
 fn has_greater_cosine(ranked: &Ranked, than: &Ranked) -> bool {
-    let signed_square = |n: i32| i128::from(n) * i128::from(n.unsigned_abs());
-    signed_square(ranked.numerator) * i128::from(than.denominator.max(1))
-        > signed_square(than.numerator) * i128::from(ranked.denominator.max(1))
+    let [n, m] = [ranked, than].map(|ranked| ranked.numerator);
+    // n²·c and m²·d, in 96 bits.
+    let of_n = wide_product(n, than.denominator);
+    let of_m = wide_product(m, ranked.denominator);
+    match (n > 0, m > 0) {
+        (true, true) => of_n > of_m,
+        (false, false) => of_n < of_m,
+        (is_greater, _) => is_greater,
+    }
+}
+
+/// n²·d with d at least 1: the upper 64 bits, and the lower 32.
+fn wide_product(n: i32, d: i32) -> (u64, u32) {
+    let (n, d) = (u64::from(n.unsigned_abs()), d.max(1) as u64);
+    let square = n * n;
+    let low = (square & u64::from(u32::MAX)) * d;
+    ((square >> 32) * d + (low >> 32), low as u32)
 }
 
 #[cfg(test)]
