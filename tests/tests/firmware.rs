@@ -14,6 +14,7 @@ use eigenmark::{
 use eigenmark_core::{
     atlas::Atlas,
     eigenspace::Normalize,
+    explore,
     frame::FrameError,
     landmark::{Metric, Width},
     link::{Damage, Identity, MAX_REQUEST_LEN, Rejection, Reply, Request},
@@ -357,6 +358,7 @@ fn the_selftest_passes_and_its_digest_is_the_hosts() {
             "{}",
             map.name
         );
+        assert_eq!(result["explore"], format!("{:08x}", explore::digest()));
         println!("{}: {result}", map.name);
     }
 }

@@ -28,6 +28,7 @@
 //! is lost after some million views.
 
 mod carry;
+mod digest;
 mod explorer;
 mod ipca;
 mod pixels;
@@ -36,6 +37,7 @@ mod rank_one;
 mod tests;
 
 pub use carry::Carry;
+pub use digest::digest;
 pub use explorer::{Explorer, Memory, Sighting};
 pub use ipca::{
     Change, Coordinates, Growth, IncrementalPca, MAX_ENERGY, Projection, RESIDUAL_TOLERANCE, Step,

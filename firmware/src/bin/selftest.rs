@@ -5,7 +5,7 @@
 
 use eigenmark_core::{
     atlas::{Atlas, AtlasError},
-    kernel,
+    explore, kernel,
     localizer::{Localizer, digest, reduction_matches_reference},
 };
 use eigenmark_firmware::{
@@ -80,9 +80,10 @@ fn main() -> ! {
     }
     check("kernels stay within their slices", guard.is_untouched());
     defmt::println!(
-        "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{}}}",
+        "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"explore\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{}}}",
         atlas.crc(),
         digest,
+        explore::digest(),
         size_of::<Localizer<'_>>(),
         stack - 160 * 120,
     );
