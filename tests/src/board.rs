@@ -68,6 +68,14 @@ pub struct Log {
 /// # Errors
 /// When cargo fails.
 pub fn firmware(name: &str) -> Result<PathBuf> {
+    firmware_with(name, &[])
+}
+
+/// The same with more arguments for cargo.
+///
+/// # Errors
+/// When cargo fails.
+pub fn firmware_with(name: &str, more: &[&str]) -> Result<PathBuf> {
     let arguments = [
         "--package",
         "eigenmark-firmware",
@@ -77,7 +85,7 @@ pub fn firmware(name: &str) -> Result<PathBuf> {
         name,
     ];
     let target = ["--target", "thumbv7em-none-eabihf"];
-    Ok(cli::build(&[&arguments[..], &target].concat())?.remove(0))
+    Ok(cli::build(&[&arguments[..], &target, more].concat())?.remove(0))
 }
 
 /// Bytes of flash that a firmware file fills: the segments that are loaded.

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use eigenmark_tests::{board, cli};
+use eigenmark_tests::board;
 
 /// What flies is larger than this; a program from which it was optimized away would prove nothing.
 const LEAST_BYTES: u64 = 20_000;
@@ -17,19 +17,8 @@ fn no_panic_path_is_linked_into_what_flies() {
 
 #[test]
 fn a_panic_path_does_not_link() {
-    let arguments = [
-        "--package",
-        "eigenmark-firmware",
-        "--profile",
-        "firmware",
-        "--bin",
-        "panicless",
-        "--features",
-        "panic-path",
-        "--target",
-        "thumbv7em-none-eabihf",
-    ];
-    let error = cli::build(&arguments).expect_err("must not link");
+    let feature = ["--features", "panic-path"];
+    let error = board::firmware_with("panicless", &feature).expect_err("must not link");
     assert!(
         error.to_string().contains("a_panic_path_is_linked"),
         "{error}"

@@ -63,7 +63,7 @@ fn main() -> ! {
     meter.measure(format_args!("reduce_160x120_{side}"), 20, || {
         reduce(black_box(&frame), black_box(&mut view));
     });
-    // Ratios without a kernel of their own: whole, 4, and fractional, 7.5.
+    // Ratios that the general kernels reduce: whole, 4, and fractional, 7.5.
     for side in [30, 16] {
         let mut view = View::black(side);
         meter.measure(format_args!("reduce_160x120_{side}"), 20, || {
