@@ -2,10 +2,12 @@
 
 mod pca;
 mod preprocess;
+mod rows;
 mod settings;
 mod views;
 
 pub use pca::{Model, PcaError};
 pub use preprocess::{Kernel, Preprocess};
+pub use rows::{Matrix, Rows};
 pub use settings::{Selection, Settings};
 pub use views::{MAX_TRAINING_BYTES, Views, ViewsError};

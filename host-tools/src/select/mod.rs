@@ -1,9 +1,11 @@
 //! Which candidates become landmarks.
 
 mod dissimilarity;
+mod eligible;
 mod nearest;
 mod profile;
 
 pub use dissimilarity::{dissimilarity, metric_distance};
+pub use eligible::Eligible;
 pub use nearest::nearest_others;
 pub use profile::{MAX_PROFILED, profile, rank_by_profile};
