@@ -102,9 +102,11 @@ fn measure(map: &Map, trained: &Trained, settings: &Settings) -> Errors {
             .locate(&frame.as_frame())
             .expect("there is contrast");
         reduce(&frame.as_frame(), &mut view);
-        let exact = trained
-            .grid
-            .place(nearest_exactly(trained, settings, &preprocess, &view));
+        let exact =
+            trained
+                .candidates
+                .grid()
+                .place(nearest_exactly(trained, settings, &preprocess, &view));
         let distance = |to: Point| f64::from((to.x_px - place.x_px).hypot(to.y_px - place.y_px));
         let same = f64::from(u8::from(exact == fix.place));
         let found = [
@@ -134,7 +136,9 @@ fn nearest_exactly(
     view: &View,
 ) -> u32 {
     let model = &trained.model;
-    let x = preprocess.of_view(view).expect("there is contrast");
+    let x = preprocess
+        .of_pixels(view.pixels())
+        .expect("there is contrast");
     let rows = model.rows().zip(model.whitening(settings.whiten));
     let project = |(row, whitening): (&[f64], f64)| {
         let deviations = x.iter().zip(&model.mean).map(|(x, mean)| x - mean);

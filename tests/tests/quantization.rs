@@ -74,7 +74,8 @@ fn settings() -> Vec<Settings> {
 
 /// Views of the map with random contrast and noise, and views that are nothing but noise.
 fn random_view(trained: &Trained, random: &mut impl Rng) -> View {
-    let base = &trained.views.reduced[random.random_range(0..trained.views.reduced.len())];
+    let count = trained.candidates.grid().count();
+    let base = trained.candidates.reduced(random.random_range(1..=count));
     let contrast = random.random_range(0.0..1.5);
     let noise = if random.random_range(0..10) == 0 {
         255
@@ -82,7 +83,6 @@ fn random_view(trained: &Trained, random: &mut impl Rng) -> View {
         random.random_range(1..60)
     };
     let pixels: Vec<u8> = base
-        .pixels()
         .iter()
         .map(|&level| (f64::from(level) * contrast) as i32 + random.random_range(-noise..=noise))
         .map(|level| level.clamp(0, 255) as u8)
@@ -109,7 +109,7 @@ fn project(
         .atlas()
         .eigenspace()
         .project(view, &mut coefficients)?;
-    let x = preprocess.of_view(view)?;
+    let x = preprocess.of_pixels(view.pixels())?;
     let whitening = trained.model.whitening(settings.whiten);
     let exact = trained.model.rows().zip(whitening).map(|(row, whitening)| {
         let g: f64 = row
@@ -144,7 +144,13 @@ fn coordinates_stay_within_the_proven_bound_and_own_views_are_found() {
             settings.blur,
             settings.highpass_px,
         );
-        let bound = Folded::new(&trained.model, &preprocess, &trained.views, &settings).error();
+        let bound = Folded::new(
+            &trained.model,
+            &trained.coordinates,
+            &trained.candidates,
+            &settings,
+        )
+        .error();
         let mut localizer = Localizer::new(trained.atlas());
         let landmarks: Vec<&[f64]> = trained
             .landmarks
@@ -185,15 +191,17 @@ fn coordinates_stay_within_the_proven_bound_and_own_views_are_found() {
         }
         assert!(largest > 0.0);
         for (&view, rank) in trained.landmarks.iter().zip(0..) {
-            let fix = localizer
-                .locate_view(&trained.views.reduced[view as usize - 1])
-                .expect("not flat");
+            let own = trained
+                .candidates
+                .view(view)
+                .expect("small enough for a board");
+            let fix = localizer.locate_view(&own).expect("not flat");
             assert_eq!(
                 (fix.landmark, fix.view, fix.distance),
                 (rank, view, 0.0),
                 "{settings:?}"
             );
-            assert_eq!(fix.place, trained.grid.place(view));
+            assert_eq!(fix.place, trained.candidates.grid().place(view));
         }
         println!(
             "bound {bound:.3}, largest {largest:.3}, {guaranteed} of {VIEWS} guaranteed: {settings:?}"

@@ -6,7 +6,8 @@
 //! [`HEADROOM`] times the largest that a candidate has when that is less.
 //!
 //! What this costs is bounded row by row, over *all* views and not only those at hand: rounding of weights
-//! (255·max(Σδ⁺, Σδ⁻), or √m·‖δ‖ for unit variance), rounding to whole steps, and single precision.
+//! (255·max(Σδ⁺, Σδ⁻), or √m·‖δ‖ for unit variance), rounding to whole steps, and single precision, on board and of
+//! the vectors that were learned from.
 //! [`Folded::error`] is the Euclidean length of those bounds.
 
 use eigenmark_core::{
@@ -19,8 +20,8 @@ use eigenmark_core::{
 
 use super::AtlasBuffer;
 use crate::{
-    learn::{Model, Preprocess, Settings, Views},
-    map::{Grid, Map},
+    learn::{Candidates, Model, Preprocess, Settings},
+    map::Map,
 };
 
 /// How much larger than any candidate's a coordinate may be before it is clamped, per width.
@@ -31,6 +32,9 @@ const HEADROOM: fn(Width) -> f64 = |width| match width {
 
 /// Roundings of single precision per coefficient, each at most 2⁻²⁴ of the magnitudes involved, with room to spare.
 const FLOAT_ROUNDING: f64 = 16.0 / (1 << 24) as f64;
+
+/// Rounding of a number of a vector to single precision, relative to it.
+const VECTOR_ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
 /// A quantized eigenspace, not yet bound to landmarks.
 #[derive(Clone, Debug)]
@@ -63,9 +67,15 @@ struct Rounded {
 }
 
 impl Folded {
-    /// Quantizes `model`.
+    /// Quantizes `model`, whose candidates have these whitened `coordinates` (rows of k).
     #[must_use]
-    pub fn new(model: &Model, preprocess: &Preprocess, views: &Views, settings: &Settings) -> Self {
+    pub fn new(
+        model: &Model,
+        coordinates: &[f64],
+        candidates: &Candidates,
+        settings: &Settings,
+    ) -> Self {
+        let preprocess = candidates.preprocess();
         let side = settings.view_side() as u8;
         let dimensions = settings.dimensions;
         let normalize = settings.normalize;
@@ -76,7 +86,6 @@ impl Folded {
             .collect();
 
         let reachable = pixel_rows.iter().map(|row| row.largest).fold(0.0, f64::max);
-        let coordinates = model.whitened(settings.whiten);
         let seen = coordinates
             .iter()
             .fold(0.0_f64, |largest, g| largest.max(g.abs()));
@@ -98,7 +107,7 @@ impl Folded {
             });
             squared_error += (pixel_row.error(&rounded, normalize) + step / 2.0).powi(2);
         }
-        let (mean, mean_weights) = mean_row(&views.normalized_mean(), side, normalize);
+        let (mean, mean_weights) = mean_row(&candidates.normalized_mean(), side, normalize);
         Self {
             side,
             dimensions,
@@ -128,8 +137,7 @@ impl Folded {
     pub fn atlas(
         &self,
         map: &Map,
-        grid: &Grid,
-        views: &Views,
+        candidates: &Candidates,
         landmarks: &[u32],
         radii: &[f32],
         training: Training,
@@ -155,9 +163,9 @@ impl Folded {
             error: ((self.error / self.step) as f32).next_up(),
             limits: unlimited,
             mean: self.mean,
-            footprint_px: grid.window_px() as f32,
+            footprint_px: candidates.grid().window_px() as f32,
             map_px: (map.width(), map.height()),
-            lattices: grid.lattices().clone(),
+            lattices: candidates.grid().lattices().clone(),
             training,
         };
 
@@ -168,9 +176,10 @@ impl Folded {
         let mut coefficients = Vec::with_capacity(landmarks.len() * zeros.len());
         let mut projected = Coefficients::zeros(self.dimensions);
         for &view in landmarks {
-            let view = &views.reduced[view as usize - 1];
-            // Flat views were refused when the views were cut.
-            let projection = atlas.eigenspace().project(view, &mut projected);
+            // Views too large for a board, and flat ones, were refused when the candidates were laid out.
+            let view = candidates.view(view);
+            let projection =
+                view.and_then(|view| atlas.eigenspace().project(&view, &mut projected));
             debug_assert!(projection.is_some());
             coefficients.extend_from_slice(projected.values());
         }
@@ -237,7 +246,14 @@ impl PixelRow {
                 255.0 * above.max(below)
             }
         };
-        of_weights + FLOAT_ROUNDING * (self.largest + 2.0 * self.offset.abs())
+        let range = match normalize {
+            Normalize::Std => 1.0,
+            Normalize::None | Normalize::Mean => 255.0,
+        };
+        // ‖x‖ ≤ 2·range·√m: a high-pass at most doubles what averaging left.
+        let of_vectors =
+            self.whitening * VECTOR_ROUNDING * 2.0 * range * (self.weights.len() as f64).sqrt();
+        of_weights + of_vectors + FLOAT_ROUNDING * (self.largest + 2.0 * self.offset.abs())
     }
 }
 

@@ -90,7 +90,7 @@ impl Cmd {
         let places: Vec<Point> = trained
             .landmarks
             .iter()
-            .map(|&view| trained.grid.place(view))
+            .map(|&view| trained.candidates.grid().place(view))
             .collect();
         let waypoints = fly(&map, &atlas, &places, &FLIGHT);
 

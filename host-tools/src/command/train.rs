@@ -9,7 +9,7 @@ use anyhow::{Context, ensure};
 use clap::{Args, value_parser};
 use eigenmark::{
     atlas::Summary,
-    learn::{Selection, Settings},
+    learn::{Rows, Selection, Settings},
     map::Map,
     output::{Progress, check_directory, check_target, create_dir, write_file, write_npy},
     select::dissimilarity,
@@ -144,17 +144,19 @@ fn export(trained: &Trained, settings: &Settings, directory: &Path) -> anyhow::R
     create_dir(directory)?;
     let model = &trained.model;
     let (n, k, m) = (
-        u64::from(trained.grid.count()),
+        u64::from(trained.candidates.grid().count()),
         model.dimensions as u64,
         model.pixels as u64,
     );
     let write = |name: &str, shape: &[u64], values: &mut dyn Iterator<Item = f64>| {
         write_npy(&directory.join(name), shape, values)
     };
+    let mut vectors = vec![0.0; trained.candidates.count() * model.pixels];
+    trained.candidates.read(0, &mut vectors);
     write(
         "views.npy",
         &[n, m],
-        &mut trained.views.filtered.iter().copied(),
+        &mut vectors.into_iter().map(f64::from),
     )?;
     write("mean.npy", &[m], &mut model.mean.iter().copied())?;
     write("basis.npy", &[k, m], &mut model.basis.iter().copied())?;
@@ -177,7 +179,8 @@ fn export(trained: &Trained, settings: &Settings, directory: &Path) -> anyhow::R
     let mut distances =
         rows().flat_map(|a| rows().map(move |b| dissimilarity(settings.metric, a, b)));
     write("distances.npy", &[n, n], &mut distances)?;
-    let places = (1..=trained.grid.count()).map(|view| trained.grid.place(view));
+    let places =
+        (1..=trained.candidates.grid().count()).map(|view| trained.candidates.grid().place(view));
     write(
         "places.npy",
         &[n, 2],

@@ -1,13 +1,13 @@
-//! From views to an eigenspace: what can be chosen, the candidates as views, preprocessing, PCA.
+//! From views to an eigenspace: what can be chosen, the candidates as vectors, preprocessing, PCA.
 
+mod candidates;
 mod pca;
 mod preprocess;
 mod rows;
 mod settings;
-mod views;
 
-pub use pca::{Model, PcaError};
+pub use candidates::{Candidates, CandidatesError};
+pub use pca::{Fold, Model, PcaError, Route};
 pub use preprocess::{Kernel, Preprocess};
 pub use rows::{Matrix, Rows};
 pub use settings::{Selection, Settings};
-pub use views::{MAX_TRAINING_BYTES, Views, ViewsError};

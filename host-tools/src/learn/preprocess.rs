@@ -4,7 +4,7 @@
 //! B and G are separable Gaussians; at the border the nearest pixel is repeated, so rows of B and G add up to one and a
 //! flat view stays flat. For a basis vector e, e·x = (Bᵀ·Hᵀ·e)·n(y): [`Preprocess::fold`] computes that row.
 
-use eigenmark_core::{atlas::Blur, eigenspace::Normalize, preprocess::View};
+use eigenmark_core::{atlas::Blur, eigenspace::Normalize};
 
 /// A symmetric one-dimensional kernel, centre first: weights at distance 0, 1, 2, …
 #[derive(Clone, Debug, PartialEq)]
@@ -41,64 +41,67 @@ impl Kernel {
         }
     }
 
-    /// Pairs (source, weight) that make pixel `target` of a row of `len`, borders repeated.
-    fn taps(&self, target: usize, len: usize) -> impl Iterator<Item = (usize, f64)> {
-        let radius = self.0.len() as isize - 1;
-        (-radius..=radius).map(move |offset| {
-            let source = (target as isize + offset).clamp(0, len as isize - 1) as usize;
-            (source, self.0[offset.unsigned_abs()])
-        })
-    }
-
     /// The square picture convolved with the kernel in both directions.
     fn apply(&self, picture: &[f64], side: usize) -> Vec<f64> {
-        self.pass(picture, side, |target, source, weight, from, to| {
-            to[target] += weight * from[source];
-        })
+        let mut horizontal = vec![0.0; picture.len()];
+        let radius = self.0.len() - 1;
+        let mut padded = vec![0.0; side + 2 * radius];
+        for (row, out) in picture
+            .chunks_exact(side)
+            .zip(horizontal.chunks_exact_mut(side))
+        {
+            padded[..radius].fill(row[0]);
+            padded[radius..radius + side].copy_from_slice(row);
+            padded[radius + side..].fill(row[side - 1]);
+            for (offset, weight) in self.taps() {
+                add_scaled(out, weight, &padded[offset..]);
+            }
+        }
+        let mut both = vec![0.0; picture.len()];
+        for (target, out) in both.chunks_exact_mut(side).enumerate() {
+            for (offset, weight) in self.taps() {
+                let source = (target + offset).saturating_sub(radius).min(side - 1);
+                add_scaled(out, weight, &horizontal[source * side..]);
+            }
+        }
+        both
     }
 
     /// The transpose of [`apply`](Self::apply).
     fn apply_transposed(&self, picture: &[f64], side: usize) -> Vec<f64> {
-        self.pass(picture, side, |target, source, weight, from, to| {
-            to[source] += weight * from[target];
-        })
-    }
-
-    fn pass(
-        &self,
-        picture: &[f64],
-        side: usize,
-        add: impl Fn(usize, usize, f64, &[f64], &mut [f64]),
-    ) -> Vec<f64> {
-        let mut horizontal = vec![0.0; picture.len()];
-        let mut both = vec![0.0; picture.len()];
-        for row in 0..side {
-            for target in 0..side {
-                for (source, weight) in self.taps(target, side) {
-                    add(
-                        row * side + target,
-                        row * side + source,
-                        weight,
-                        picture,
-                        &mut horizontal,
-                    );
-                }
+        let radius = self.0.len() - 1;
+        let mut vertical = vec![0.0; picture.len()];
+        for (target, row) in picture.chunks_exact(side).enumerate() {
+            for (offset, weight) in self.taps() {
+                let source = (target + offset).saturating_sub(radius).min(side - 1);
+                add_scaled(&mut vertical[source * side..][..side], weight, row);
             }
         }
-        for column in 0..side {
-            for target in 0..side {
-                for (source, weight) in self.taps(target, side) {
-                    add(
-                        target * side + column,
-                        source * side + column,
-                        weight,
-                        &horizontal,
-                        &mut both,
-                    );
-                }
+        let mut both = vec![0.0; picture.len()];
+        let mut padded = vec![0.0; side + 2 * radius];
+        for (row, out) in vertical.chunks_exact(side).zip(both.chunks_exact_mut(side)) {
+            padded.fill(0.0);
+            for (offset, weight) in self.taps() {
+                add_scaled(&mut padded[offset..offset + side], weight, row);
             }
+            out.copy_from_slice(&padded[radius..radius + side]);
+            out[0] += padded[..radius].iter().sum::<f64>();
+            out[side - 1] += padded[radius + side..].iter().sum::<f64>();
         }
         both
+    }
+
+    /// The weights from the first tap to the last, each with its offset from the first.
+    fn taps(&self) -> impl Iterator<Item = (usize, f64)> {
+        let mirrored = self.0.iter().skip(1).rev();
+        mirrored.chain(&self.0).copied().enumerate()
+    }
+}
+
+/// `out` += `weight`·`row`, as far as `out` goes.
+fn add_scaled(out: &mut [f64], weight: f64, row: &[f64]) {
+    for (out, x) in out.iter_mut().zip(row) {
+        *out += weight * x;
     }
 }
 
@@ -178,16 +181,22 @@ impl Preprocess {
         row
     }
 
+    /// Pixels per side of its views, v.
+    #[must_use]
+    pub fn side(&self) -> usize {
+        self.side
+    }
+
     /// The normalization of its views.
     #[must_use]
     pub fn normalize(&self) -> Normalize {
         self.normalize
     }
 
-    /// x of a view of the core, or `None` when it is flat and contrast is normalized.
+    /// x of the pixels of a view, or `None` when it is flat and contrast is normalized.
     #[must_use]
-    pub fn of_view(&self, view: &View) -> Option<Vec<f64>> {
-        self.normalized(view.pixels())
+    pub fn of_pixels(&self, pixels: &[u8]) -> Option<Vec<f64>> {
+        self.normalized(pixels)
             .map(|normalized| self.filtered(&normalized))
     }
 }

@@ -5,11 +5,13 @@
 
 pub mod city;
 pub mod grid;
+mod integral;
 mod load;
 
 use image::GrayImage;
 
 pub use grid::{Grid, GridError};
+pub use integral::Integral;
 pub use load::{MAX_PIXELS, MapError, load, luminance};
 
 /// The name under which the command line knows the built-in city.

@@ -94,7 +94,7 @@ fn map_with(report: &TrainingReport<'_>, drawing: &str) -> String {
 }
 
 fn landmarks_on_map(report: &TrainingReport<'_>) -> String {
-    let grid = &report.trained.grid;
+    let grid = report.trained.candidates.grid();
     let (half, side) = (grid.window_px() as f32 / 2.0, grid.window_px());
     let mut drawing = String::new();
     for (&view, rank) in report.trained.landmarks.iter().zip(1..) {
@@ -167,7 +167,7 @@ fn atlas_table(summary: &Summary) -> String {
 
 fn eigenspace(trained: &Trained) -> String {
     let model = &trained.model;
-    let total: f64 = model.eigenvalues.iter().sum();
+    let total = model.total_variance;
     let mut covered = 0.0;
     let variance: Vec<(f64, f64)> = model
         .eigenvalues
@@ -230,9 +230,9 @@ fn eigenimage(model: &Model, r: usize) -> GrayImage {
 fn landmark_table(report: &TrainingReport<'_>, summary: &Summary) -> String {
     let mut rows = String::new();
     for landmark in &summary.table {
-        let view = &report.trained.views.reduced[landmark.view as usize - 1];
-        let side = u32::from(view.side());
-        let picture = GrayImage::from_raw(side, side, view.pixels().to_vec()).unwrap_or_default();
+        let pixels = report.trained.candidates.reduced(landmark.view);
+        let side = u32::from(summary.view_side);
+        let picture = GrayImage::from_raw(side, side, pixels).unwrap_or_default();
         let [x, y] = landmark.place;
         // Writing to a string does not fail.
         let _ = write!(

@@ -4,8 +4,8 @@ use eigenmark_core::atlas::{Atlas, AtlasError, Training};
 
 use crate::{
     atlas::{AtlasBuffer, CalibrationError, Folded, calibrate, radii},
-    learn::{Model, PcaError, Preprocess, Selection, Settings, Views, ViewsError},
-    map::{Grid, GridError, Map},
+    learn::{Candidates, CandidatesError, Model, PcaError, Preprocess, Selection, Settings},
+    map::{GridError, Map},
     output::Progress,
     select::{MAX_PROFILED, profile, rank_by_profile},
 };
@@ -14,9 +14,7 @@ use crate::{
 #[derive(Debug)]
 pub struct Trained {
     /// The candidates.
-    pub grid: Grid,
-    /// The candidates' views.
-    pub views: Views,
+    pub candidates: Candidates,
     /// The eigenspace in f64.
     pub model: Model,
     /// The candidates' coordinates as matched: whitened, n rows of k.
@@ -37,7 +35,7 @@ pub enum TrainError {
     Grid(#[from] GridError),
     /// The candidates cannot be cut into views.
     #[error(transparent)]
-    Views(#[from] ViewsError),
+    Candidates(#[from] CandidatesError),
     /// More landmarks are asked for than there are candidates.
     #[error("{landmarks} landmarks are asked for, but the map has {candidates} views")]
     TooManyLandmarks {
@@ -92,6 +90,7 @@ pub fn train(
         });
     }
     let side = settings.view_side();
+    Candidates::check_side(side, settings.view_size_px)?;
     let preprocess = Preprocess::new(
         side as usize,
         settings.normalize,
@@ -99,13 +98,11 @@ pub fn train(
         settings.highpass_px,
     );
 
-    let step = progress.step("cutting views");
-    let views = Views::cut(map, &grid, side, &preprocess)?;
-    drop(step);
     let step = progress.step("learning the eigenspace");
+    let candidates = Candidates::new(map, &grid, &preprocess)?;
     let dimensions = usize::from(settings.dimensions);
-    let model = Model::learn(&views.filtered, views.pixels, dimensions)?;
-    let coordinates = model.whitened(settings.whiten);
+    let model = Model::learn(&candidates, dimensions)?;
+    let coordinates = model.whitened(model.project(&candidates), settings.whiten);
 
     drop(step);
     let step = progress.step("selecting landmarks");
@@ -123,7 +120,7 @@ pub fn train(
 
     drop(step);
     let step = progress.step("quantizing");
-    let folded = Folded::new(&model, &preprocess, &views, settings);
+    let folded = Folded::new(&model, &coordinates, &candidates, settings);
     let radii = radii(
         settings.metric,
         &coordinates,
@@ -139,12 +136,11 @@ pub fn train(
         covered_variance: model.covered_variance() as f32,
         map_crc: map.crc(),
     };
-    let open = folded.atlas(map, &grid, &views, &landmarks, &radii, training)?;
+    let open = folded.atlas(map, &candidates, &landmarks, &radii, training)?;
     drop(step);
     let atlas = calibrate(map, &open, progress)?;
     Ok(Trained {
-        grid,
-        views,
+        candidates,
         model,
         coordinates,
         profile,
