@@ -1,11 +1,17 @@
 //! Which candidates become landmarks.
 
+mod all_pairs;
+mod compare;
 mod dissimilarity;
 mod eligible;
 mod nearest;
 mod profile;
 
-pub use dissimilarity::{dissimilarity, metric_distance};
+pub use all_pairs::{MAX_PROFILED, profile, rank_by_profile};
+pub use compare::{
+    CompareError, Stability, average_overlap, kendall_tau, overlap, spearman_rho, stability,
+};
+pub use dissimilarity::{Dissimilarity, dissimilarity, metric_distance};
 pub use eligible::Eligible;
 pub use nearest::nearest_others;
-pub use profile::{MAX_PROFILED, profile, rank_by_profile};
+pub use profile::{Order, Profile, Ranking, Route};
