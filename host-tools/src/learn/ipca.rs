@@ -112,14 +112,13 @@ impl IncrementalPca {
         }
     }
 
-    /// The eigenspace of many vectors (rows of `pixels` numbers) at once, by singular values; `growth` is for those
-    /// added later. Dimensions whose singular value is at most `negligible` are left out: no vector lies that far
-    /// outside. `None` when numbers are not finite.
+    /// The eigenspace of many vectors (rows of `pixels` numbers) at once, by singular values; nothing is truncated, and
+    /// `growth` is for those added later. `None` when numbers are not finite.
     ///
     /// # Panics
     /// When `pixels` is zero.
     #[must_use]
-    pub fn of_all(vectors: &[f64], pixels: usize, negligible: f64, growth: Growth) -> Option<Self> {
+    pub fn of_all(vectors: &[f64], pixels: usize, growth: Growth) -> Option<Self> {
         let mut pca = Self::new(pixels, growth);
         pca.count = vectors.len() / pixels;
         if pca.count == 0 {
@@ -140,7 +139,7 @@ impl IncrementalPca {
         }
         let decomposed = centred.thin_svd().ok()?;
         let singular = decomposed.S().column_vector();
-        let floor = negligible.max(RESIDUAL_TOLERANCE * energy.sqrt());
+        let floor = RESIDUAL_TOLERANCE * energy.sqrt();
         // n centred vectors span at most n − 1 dimensions.
         let most = pixels.min(pca.count - 1);
         pca.eigenvalues = (0..most)
@@ -149,7 +148,6 @@ impl IncrementalPca {
             .map(|value| value * value / n)
             .collect();
         let k = pca.eigenvalues.len();
-        pca.lost_energy = (energy - n * pca.eigenvalues.iter().sum::<f64>()).max(0.0);
         for i in 0..k {
             let start = pca.basis.len();
             pca.basis.extend(decomposed.V().col(i).iter());
@@ -543,27 +541,16 @@ mod tests {
         for (first, n, m) in [(1, 6, 20), (5, 9, 20), (20, 30, 8), (3, 3, 1)] {
             let vectors = random_vectors(50, n, m);
             let at_once = vectors[..first].concat();
-            let mut pca = IncrementalPca::of_all(&at_once, m, 0.0, Growth::Exact).expect("finite");
+            let mut pca = IncrementalPca::of_all(&at_once, m, Growth::Exact).expect("finite");
             assert_matches_batch(&pca, &vectors[..first], m.min(first - 1));
             for vector in &vectors[first..] {
                 pca.add(vector).expect("finite");
             }
             assert_matches_batch(&pca, &vectors, m.min(n - 1));
         }
-        assert!(IncrementalPca::of_all(&[1.0, f64::NAN], 1, 0.0, Growth::Exact).is_none());
-        let none = IncrementalPca::of_all(&[], 3, 0.0, Growth::Exact).expect("empty");
+        assert!(IncrementalPca::of_all(&[1.0, f64::NAN], 1, Growth::Exact).is_none());
+        let none = IncrementalPca::of_all(&[], 3, Growth::Exact).expect("empty");
         assert_eq!(none.count(), 0);
-    }
-
-    #[test]
-    fn what_is_negligible_gets_no_dimension() {
-        let line = [0.0, 0.0, 1.0, 0.0, 2.0, 1e-6, 3.0, 0.0];
-        let dimensions = |negligible| {
-            IncrementalPca::of_all(&line, 2, negligible, Growth::Exact)
-                .expect("finite")
-                .dimensions()
-        };
-        assert_eq!((dimensions(0.0), dimensions(1e-5)), (2, 1));
     }
 
     #[test]
