@@ -1,12 +1,14 @@
-//! From views to an eigenspace: what can be chosen, the candidates as vectors, preprocessing, PCA.
+//! From views to an eigenspace: what can be chosen, the candidates as vectors, preprocessing, PCA at once and one by one.
 
 mod candidates;
+mod ipca;
 mod pca;
 mod preprocess;
 mod rows;
 mod settings;
 
 pub use candidates::{Candidates, CandidatesError};
+pub use ipca::IncrementalPca;
 pub use pca::{Fold, Model, PcaError, Route};
 pub use preprocess::{Kernel, Preprocess};
 pub use rows::{Matrix, Rows};

@@ -4,6 +4,7 @@ mod all_pairs;
 mod compare;
 mod dissimilarity;
 mod eligible;
+mod ipca;
 mod nearest;
 mod profile;
 
@@ -13,5 +14,9 @@ pub use compare::{
 };
 pub use dissimilarity::{Dissimilarity, dissimilarity, metric_distance};
 pub use eligible::Eligible;
+pub use ipca::{
+    IpcaError, IpcaRanking, Stop, TIE, Until, ZERO, random_start, rank_by_ipca,
+    rank_by_ipca_literally,
+};
 pub use nearest::nearest_others;
 pub use profile::{Order, Profile, Ranking, Route};
