@@ -1,10 +1,12 @@
 //! Which candidates become landmarks.
 
+mod attention;
 mod dissimilarity;
 mod eligible;
 mod nearest;
 mod profile;
 
+pub use attention::{Attention, Plane, preselect};
 pub use dissimilarity::{dissimilarity, metric_distance};
 pub use eligible::Eligible;
 pub use nearest::nearest_others;
