@@ -1,14 +1,28 @@
 //! Which candidates become landmarks.
+//!
+//! | file | chooses |
+//! | --- | --- |
+//! | `selection` | what a user can ask for; [`select`] does it |
+//! | `attention` | candidates worth ranking: corners, edges, entropy (report 5.2.3) |
+//! | `eligible` | which candidates take part, and how far apart landmarks must be |
+//! | `profile` | the most dissimilar on average (report 2.3.2) |
+//! | `ipca` | what the landmarks before represent worst (report 2.3.3) |
+//! | `reliable` | what makes radii large |
+//! | `compare` | how far rankings agree (`compare_ranks` in table C.3) |
 
-mod all_pairs;
+mod attention;
+mod choose;
 mod compare;
 mod dissimilarity;
 mod eligible;
 mod ipca;
 mod nearest;
 mod profile;
+mod reliable;
+mod selection;
 
-pub use all_pairs::{MAX_PROFILED, profile, rank_by_profile};
+pub use attention::{Attention, Plane, preselect};
+pub use choose::{Profiled, Selected, SelectionError, select};
 pub use compare::{
     CompareError, Stability, average_overlap, kendall_tau, overlap, spearman_rho, stability,
 };
@@ -20,3 +34,5 @@ pub use ipca::{
 };
 pub use nearest::nearest_others;
 pub use profile::{Order, Profile, Ranking, Route};
+pub use reliable::{Objective, exchange, farthest_points, most_reliable};
+pub use selection::{Best, Method, Preselection, START_LEN, Selection, Start};

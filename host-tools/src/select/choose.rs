@@ -1,0 +1,281 @@
+//! From a user's [`Selection`] to landmarks: preselect, rank, keep the distance.
+
+use rayon::prelude::*;
+
+use super::{
+    Best, Dissimilarity, Eligible, IpcaError, Method, Objective, Order, Profile, Route, START_LEN,
+    Selection, Start, Stop, Until, most_reliable, preselect, random_start, rank_by_ipca,
+    rank_by_ipca_literally,
+};
+use crate::{
+    learn::{Candidates, Rows, Settings},
+    map::Map,
+};
+
+/// The selected candidates, and how they were ranked.
+#[derive(Clone, Debug)]
+pub struct Selected {
+    /// Candidate numbers (1-based), best first.
+    pub landmarks: Vec<u32>,
+    /// What each landmark of an IPCA ranking adds: the norm of its residual to those before it.
+    pub residuals: Option<Vec<f64>>,
+    /// The profile of all candidates; only when it was asked for, or needed.
+    pub profiled: Option<Profiled>,
+}
+
+/// A distance profile and its ranking.
+#[derive(Clone, Debug)]
+pub struct Profiled {
+    /// Mean dissimilarity of every candidate to all others, candidate 1 first.
+    pub values: Vec<f64>,
+    /// Candidate numbers (1-based), most dissimilar first.
+    pub ranking: Vec<u32>,
+}
+
+/// Why there are no such landmarks.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SelectionError {
+    /// More landmarks are asked for than there are candidates.
+    #[error("{landmarks} landmarks are asked for, but the map has {candidates} views")]
+    TooMany {
+        /// Landmarks asked for.
+        landmarks: u32,
+        /// Number of candidates.
+        candidates: u32,
+    },
+    /// More landmarks are asked for than candidates are kept.
+    #[error("{landmarks} landmarks are asked for, but preselection keeps {keep} views")]
+    TooManyKept {
+        /// Landmarks asked for.
+        landmarks: u32,
+        /// Number of candidates kept.
+        keep: u32,
+    },
+    /// The distance between landmarks leaves no room for as many.
+    #[error(
+        "{landmarks} landmarks are asked for, but only {found} are {spacing_px} map pixels apart; \
+         choose fewer, or a smaller --spacing"
+    )]
+    TooFar {
+        /// Landmarks asked for.
+        landmarks: u32,
+        /// Landmarks found.
+        found: usize,
+        /// Map pixels between landmarks.
+        spacing_px: f32,
+    },
+    /// The first landmarks represent every other candidate without a residual.
+    #[error(
+        "{landmarks} landmarks are asked for, but {found} represent every view exactly; choose up to {found}"
+    )]
+    Exhausted {
+        /// Landmarks asked for.
+        landmarks: u32,
+        /// Landmarks found.
+        found: usize,
+    },
+    /// The start list of an IPCA ranking is unusable.
+    #[error(transparent)]
+    Ipca(#[from] IpcaError),
+}
+
+impl Best {
+    /// Checks it against a number of candidates.
+    ///
+    /// # Errors
+    /// When there are fewer candidates, or fewer kept, than landmarks.
+    pub fn check(&self, candidates: u32) -> Result<(), SelectionError> {
+        let landmarks = self.landmarks;
+        if landmarks > candidates {
+            return Err(SelectionError::TooMany {
+                landmarks,
+                candidates,
+            });
+        }
+        match self.keep(candidates) {
+            Some(keep) if landmarks > keep => Err(SelectionError::TooManyKept { landmarks, keep }),
+            _ => Ok(()),
+        }
+    }
+
+    /// How many of the candidates preselection keeps.
+    fn keep(&self, candidates: u32) -> Option<u32> {
+        let preselection = self.preselection?;
+        Some(preselection.keep.unwrap_or(candidates.div_ceil(4)))
+    }
+}
+
+/// Selects landmarks as the settings say. `coordinates` are the candidates', as matched: rows of k.
+///
+/// # Errors
+/// When there are not as many landmarks as asked for, or the start list is unusable.
+pub fn select(
+    map: &Map,
+    candidates: &Candidates,
+    coordinates: &[f64],
+    settings: &Settings,
+    with_profile: bool,
+) -> Result<Selected, SelectionError> {
+    let chooser = Chooser {
+        candidates,
+        coordinates,
+        settings,
+    };
+    let best = match &settings.selection {
+        Selection::All => {
+            let profiled = with_profile.then(|| chooser.profile(settings.metric.into(), false));
+            return Ok(Selected {
+                landmarks: (1..=candidates.grid().count()).collect(),
+                residuals: None,
+                profiled,
+            });
+        }
+        Selection::Best(best) => best,
+    };
+    let eligible = chooser.eligible(map, best);
+    let landmarks = best.landmarks as usize;
+    let (selected, residuals) = match &best.method {
+        Method::Profile => (chooser.by_profile(best, &eligible, landmarks), None),
+        Method::Reliable => {
+            let selected = most_reliable(
+                settings.metric,
+                coordinates,
+                chooser.dimensions(),
+                &eligible,
+                landmarks,
+                Objective::Smallest,
+            );
+            (selected, None)
+        }
+        Method::Ipca {
+            start,
+            stop_residual,
+        } => {
+            let start = match start {
+                Start::Given(views) => views.clone(),
+                Start::Profile => {
+                    chooser.by_profile(best, &eligible, START_LEN.min(landmarks))
+                }
+                Start::Random { seed } => {
+                    random_start(&eligible, START_LEN.min(landmarks), *seed)
+                }
+            };
+            let until = Until {
+                landmarks,
+                residual: *stop_residual,
+            };
+            let ranked = if best.is_literal {
+                rank_by_ipca_literally(candidates, &eligible, &start, until)?
+            } else {
+                rank_by_ipca(candidates, &eligible, &start, until)?
+            };
+            if ranked.stop == Stop::Exhausted && ranked.ranking.len() < landmarks {
+                return Err(best.too_few(ranked.ranking.len()));
+            }
+            (ranked.ranking, Some((ranked.residuals, ranked.stop)))
+        }
+    };
+    let is_stopped = matches!(&residuals, Some((_, Stop::Residual)));
+    if selected.len() < landmarks && !is_stopped {
+        return Err(best.too_few(selected.len()));
+    }
+    let profiled =
+        with_profile.then(|| chooser.profile(chooser.dissimilarity(best), best.is_literal));
+    Ok(Selected {
+        landmarks: selected,
+        residuals: residuals.map(|(residuals, _)| residuals),
+        profiled,
+    })
+}
+
+impl Best {
+    fn too_few(&self, found: usize) -> SelectionError {
+        let landmarks = self.landmarks;
+        if self.spacing_px > 0.0 {
+            SelectionError::TooFar {
+                landmarks,
+                found,
+                spacing_px: self.spacing_px,
+            }
+        } else {
+            SelectionError::Exhausted { landmarks, found }
+        }
+    }
+}
+
+/// What every method of selection sees.
+struct Chooser<'a> {
+    candidates: &'a Candidates,
+    coordinates: &'a [f64],
+    settings: &'a Settings,
+}
+
+impl Chooser<'_> {
+    fn dimensions(&self) -> usize {
+        usize::from(self.settings.dimensions)
+    }
+
+    fn dissimilarity(&self, best: &Best) -> Dissimilarity {
+        best.dissimilarity.unwrap_or(self.settings.metric.into())
+    }
+
+    fn eligible(&self, map: &Map, best: &Best) -> Eligible {
+        let grid = self.candidates.grid();
+        let eligible = match (best.preselection, best.keep(grid.count())) {
+            (Some(preselection), Some(keep)) => Eligible::among(preselect(
+                map,
+                grid,
+                preselection.attention,
+                self.settings.scale,
+                keep as usize,
+            )),
+            _ => Eligible::all(grid.count()),
+        };
+        if best.spacing_px > 0.0 {
+            let places = (1..=grid.count()).map(|view| grid.place(view)).collect();
+            eligible.spaced(places, best.spacing_px)
+        } else {
+            eligible
+        }
+    }
+
+    /// The first `count` of the profile ranking of the eligible candidates that keep their distance.
+    fn by_profile(&self, best: &Best, eligible: &Eligible, count: usize) -> Vec<u32> {
+        let k = self.dimensions();
+        let numbers = eligible.candidates();
+        let points: Vec<f64> = numbers
+            .par_iter()
+            .flat_map_iter(|&view| &self.coordinates[(view as usize - 1) * k..][..k])
+            .copied()
+            .collect();
+        let dissimilarity = self.dissimilarity(best);
+        let route = route(dissimilarity, numbers.len(), best.is_literal);
+        let profile = Profile::new(dissimilarity, &points, k, route);
+        let wanted = if best.spacing_px > 0.0 {
+            numbers.len()
+        } else {
+            count
+        };
+        let ranking = profile.rank(Order::MostDissimilar, wanted).among(numbers);
+        eligible.best_of(&ranking.candidates, count)
+    }
+
+    /// The profile of all candidates.
+    fn profile(&self, dissimilarity: Dissimilarity, is_literal: bool) -> Profiled {
+        let count = self.candidates.count();
+        let route = route(dissimilarity, count, is_literal);
+        let profile = Profile::new(dissimilarity, self.coordinates, self.dimensions(), route);
+        Profiled {
+            values: profile.values().to_vec(),
+            ranking: profile.rank(Order::MostDissimilar, count).candidates,
+        }
+    }
+}
+
+fn route(dissimilarity: Dissimilarity, count: usize, is_literal: bool) -> Route {
+    if is_literal {
+        Route::Literal
+    } else {
+        Route::automatic(dissimilarity, count)
+    }
+}
