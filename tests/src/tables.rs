@@ -2,9 +2,10 @@
 
 use eigenmark::{
     atlas::AtlasBuffer,
-    learn::{Selection, Settings},
+    learn::Settings,
     map::Map,
     output::Progress,
+    select::Selection,
     train::{TrainError, train},
 };
 use eigenmark_core::{

@@ -1,10 +1,7 @@
 //! A real atlas, damaged in every way a single fault can damage it.
 
 use eigenmark::{
-    atlas::AtlasBuffer,
-    learn::{Selection, Settings},
-    output::Progress,
-    train::train,
+    atlas::AtlasBuffer, learn::Settings, output::Progress, select::Selection, train::train,
 };
 use eigenmark_core::atlas::{Atlas, AtlasError, PREAMBLE_LEN};
 use eigenmark_tests::maps::TestMap;
@@ -24,7 +21,7 @@ fn atlas(selection: Selection) -> AtlasBuffer {
 
 #[test]
 fn every_truncation_of_a_real_atlas_is_reported() {
-    let whole = atlas(Selection::Profile { landmarks: 8 });
+    let whole = atlas(Selection::profile(8));
     for have in 0..whole.bytes().len() {
         let needed = if have < PREAMBLE_LEN {
             PREAMBLE_LEN
@@ -44,7 +41,7 @@ fn every_truncation_of_a_real_atlas_is_reported() {
 
 #[test]
 fn every_flipped_bit_of_a_real_atlas_is_reported() {
-    let whole = atlas(Selection::Profile { landmarks: 8 });
+    let whole = atlas(Selection::profile(8));
     let mut words: Vec<u64> = vec![0; whole.bytes().len().div_ceil(8)];
     let len = whole.bytes().len();
     let flipped: &mut [u8] = &mut bytemuck::cast_slice_mut(&mut words)[..len];
@@ -83,6 +80,6 @@ fn the_reports_table_fits_its_budget() {
 
 #[test]
 fn the_same_map_and_settings_give_the_same_bytes() {
-    let selection = Selection::Profile { landmarks: 8 };
-    assert_eq!(atlas(selection).bytes(), atlas(selection).bytes());
+    let selection = Selection::profile(8);
+    assert_eq!(atlas(selection.clone()).bytes(), atlas(selection).bytes());
 }

@@ -4,10 +4,10 @@
 //! levels; places anywhere between the landmarks of a grid of 8 map pixels.
 
 use eigenmark::{
-    learn::{Preprocess, Selection, Settings},
+    learn::{Preprocess, Settings},
     map::Map,
     output::Progress,
-    select::dissimilarity,
+    select::{Selection, dissimilarity},
     simulate::{Camera, Scene, seeded},
     train::{Trained, train},
 };
@@ -193,7 +193,7 @@ fn checked(map: &TestMap, part: &Map, settings: &Settings) -> Errors {
         "{}: {} landmarks, {} dimensions, {:?}, {:?}: error of the landmark {:.2} map pixels ({:.2} in f64, \
          {:.1} % the same), refined {:.2}, ratio {ratio:.2}",
         map.name,
-        trained.landmarks.len(),
+        trained.selected.landmarks.len(),
         settings.dimensions,
         settings.metric,
         settings.width,

@@ -5,9 +5,10 @@ use std::{collections::BTreeMap, fs};
 use eigenmark::{
     atlas::AtlasBuffer,
     evaluate::Deviation,
-    learn::{Selection, Settings},
+    learn::Settings,
     map::Map,
     output::Progress,
+    select::Selection,
     simulate::{Camera, CameraFrame, seeded},
     train::train,
 };
@@ -285,7 +286,7 @@ fn the_link_survives_what_is_damaged() {
         return;
     }
     let firmware = board::firmware("navigator").expect("builds");
-    let (opened, atlas) = trained(&TestMap::city(), Selection::Profile { landmarks: 8 });
+    let (opened, atlas) = trained(&TestMap::city(), Selection::profile(8));
     let mut running = Board::flashed(&firmware)
         .with_atlas(&atlas)
         .start(|_| ())
@@ -381,7 +382,7 @@ fn a_damaged_slot_is_skipped_and_two_are_an_error() {
         "the reason is logged: {logs:?}"
     );
 
-    let (_, atlas) = trained(&TestMap::city(), Selection::Profile { landmarks: 8 });
+    let (_, atlas) = trained(&TestMap::city(), Selection::profile(8));
     let mut running = Board::flashed(&firmware)
         .with_atlas_in_second_slot(&atlas)
         .start(|_| ())

@@ -1,8 +1,9 @@
 //! Frames of known pose are located as well as nominal ones, on every map: any heading, another altitude, a tilt.
 
 use eigenmark::{
-    learn::{Selection, Settings},
+    learn::Settings,
     output::Progress,
+    select::Selection,
     simulate::{Camera, Scene, seeded},
     train::train,
 };
@@ -75,7 +76,7 @@ fn posed_frames_are_located_like_nominal_ones() {
 fn measure(map: &TestMap, normalize: Normalize) -> [Shares; 3] {
     let settings = Settings {
         view_size_px: map.view_size_px,
-        selection: Selection::Profile { landmarks: 8 },
+        selection: Selection::profile(8),
         normalize,
         ..Settings::default()
     };

@@ -3,10 +3,10 @@
 
 use eigenmark::{
     atlas::Folded,
-    learn::{Preprocess, Selection, Settings},
+    learn::{Preprocess, Settings},
     map::Map,
     output::Progress,
-    select::{dissimilarity, metric_distance},
+    select::{Selection, dissimilarity, metric_distance},
     simulate::seeded,
     train::{Trained, train},
 };
@@ -153,6 +153,7 @@ fn coordinates_stay_within_the_proven_bound_and_own_views_are_found() {
         .error();
         let mut localizer = Localizer::new(trained.atlas());
         let landmarks: Vec<&[f64]> = trained
+            .selected
             .landmarks
             .iter()
             .map(|&view| &trained.coordinates[(view as usize - 1) * trained.model.dimensions..])
@@ -190,7 +191,7 @@ fn coordinates_stay_within_the_proven_bound_and_own_views_are_found() {
             }
         }
         assert!(largest > 0.0);
-        for (&view, rank) in trained.landmarks.iter().zip(0..) {
+        for (&view, rank) in trained.selected.landmarks.iter().zip(0..) {
             let own = trained
                 .candidates
                 .view(view)

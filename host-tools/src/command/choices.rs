@@ -1,6 +1,7 @@
 //! The words that options accept, and the values they stand for.
 
 use clap::ValueEnum;
+use eigenmark::select::{Attention, Dissimilarity};
 use eigenmark_core::{
     atlas,
     eigenspace::Normalize,
@@ -47,8 +48,64 @@ pub enum WidthChoice {
 pub enum SelectChoice {
     /// The most dissimilar views, by distance profile
     Profile,
+    /// One after the other the view that those before represent worst
+    Ipca,
+    /// Views as far apart as possible in the eigenspace: the largest radii
+    Reliable,
     /// Every view: a dense table
     All,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MethodChoice {
+    Fast,
+    Literal,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum DissimilarityChoice {
+    /// Sum of squared differences
+    Ssd,
+    /// Euclidean distance
+    Euclid,
+    /// Normalized sum of squared differences
+    Nssd,
+    /// The same of coefficients less their mean, as the report prints it
+    NssdCentered,
+    /// Angle between coefficient vectors
+    Angle,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum AttentionChoice {
+    /// Corners
+    Harris,
+    /// Density of edges
+    Edges,
+    /// Local entropy of gray levels
+    Entropy,
+}
+
+impl From<DissimilarityChoice> for Dissimilarity {
+    fn from(choice: DissimilarityChoice) -> Self {
+        match choice {
+            DissimilarityChoice::Ssd => Self::Ssd,
+            DissimilarityChoice::Euclid => Self::Euclid,
+            DissimilarityChoice::Nssd => Self::Nssd,
+            DissimilarityChoice::NssdCentered => Self::NssdCentered,
+            DissimilarityChoice::Angle => Self::Angle,
+        }
+    }
+}
+
+impl From<AttentionChoice> for Attention {
+    fn from(choice: AttentionChoice) -> Self {
+        match choice {
+            AttentionChoice::Harris => Self::Harris,
+            AttentionChoice::Edges => Self::Edges,
+            AttentionChoice::Entropy => Self::Entropy,
+        }
+    }
 }
 
 impl From<BlurChoice> for atlas::Blur {

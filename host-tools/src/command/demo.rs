@@ -88,6 +88,7 @@ impl Cmd {
             ),
         ];
         let places: Vec<Point> = trained
+            .selected
             .landmarks
             .iter()
             .map(|&view| trained.candidates.grid().place(view))

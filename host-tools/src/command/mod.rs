@@ -4,7 +4,9 @@ mod choices;
 mod demo;
 mod inspect;
 mod localize;
+mod merge;
 mod poses;
+mod settings;
 mod train;
 
 use std::{
@@ -33,6 +35,7 @@ struct Cli {
 enum Command {
     Demo(demo::Cmd),
     Train(train::Cmd),
+    Merge(merge::Cmd),
     Localize(localize::Cmd),
     Inspect(inspect::Cmd),
 }
@@ -49,6 +52,7 @@ pub fn run() -> ExitCode {
     {
         Command::Demo(cmd) => cmd.run(),
         Command::Train(cmd) => cmd.run(),
+        Command::Merge(cmd) => cmd.run(),
         Command::Localize(cmd) => cmd.run(),
         Command::Inspect(cmd) => cmd.run(),
     };

@@ -1,25 +1,25 @@
 //! `train`: a map becomes an atlas.
 
 use std::{
-    io,
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context, ensure};
-use clap::{Args, value_parser};
+use clap::Args;
 use eigenmark::{
     atlas::Summary,
-    learn::{Rows, Selection, Settings},
+    learn::{Rows, Settings},
     map::Map,
     output::{Progress, check_directory, check_target, create_dir, write_file, write_npy},
     select::dissimilarity,
-    train::{Trained, train},
+    train::{Shard, Trained, fold_shard, train},
 };
 use serde_json::json;
 
 use super::{
-    choices::{BlurChoice, MetricChoice, NormalizeChoice, SelectChoice, WidthChoice},
     inspect, print_json,
+    settings::{SelectionArgs, SettingsArgs},
 };
 
 /// Build an atlas from an aerial map
@@ -31,42 +31,13 @@ pub struct Cmd {
     /// Where to write the atlas
     #[arg(long, value_name = "ATLAS")]
     out: PathBuf,
-    /// Map pixels per view pixel: 10 is the report's scale factor 1/10
-    #[arg(long, default_value_t = 10.0, value_parser = scale)]
-    scale: f64,
-    /// Gaussian blur of the views
-    #[arg(long, value_enum, default_value = "gauss1")]
-    blur: BlurChoice,
-    /// Dimensions of the eigenspace
-    #[arg(long, value_name = "K", default_value_t = 15, value_parser = value_parser!(u8).range(1..=128))]
-    dims: u8,
-    /// Number of landmarks [default: 8]
-    #[arg(long, value_name = "L", value_parser = value_parser!(u32).range(1..))]
-    landmarks: Option<u32>,
-    /// Which views become landmarks
-    #[arg(long, value_enum, default_value = "profile")]
-    select: SelectChoice,
-    /// Side of a view's footprint, in map pixels
-    #[arg(long, value_name = "PX", default_value_t = 200, value_parser = value_parser!(u32).range(1..))]
-    view_size: u32,
-    /// Distance between views in map pixels [default: the report's layout, side by side and on the corners]
-    #[arg(long, value_name = "PX", value_parser = value_parser!(u32).range(1..))]
-    stride: Option<u32>,
-    /// Contrast normalization of every view
-    #[arg(long, value_enum, default_value = "none")]
-    normalize: NormalizeChoice,
-    /// Subtract a Gaussian blur of this sigma, in view pixels
-    #[arg(long, value_name = "SIGMA", default_value_t = 0.0, value_parser = not_negative)]
-    highpass: f64,
-    /// Multiply coefficients by λ^(−ALPHA/2)
-    #[arg(long, value_name = "ALPHA", default_value_t = 0.0, value_parser = whitening)]
-    whiten: f64,
-    /// How views are compared
-    #[arg(long, value_enum, default_value = "nssd")]
-    metric: MetricChoice,
-    /// Width of the landmarks' coefficients
-    #[arg(long, value_enum, default_value = "i16")]
-    coefficients: WidthChoice,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    #[command(flatten)]
+    selection: SelectionArgs,
+    /// Only fold this share of the views, such as 2/4; --out is then a part for `merge`
+    #[arg(long, value_name = "I/N", conflicts_with = "export")]
+    shard: Option<Shard>,
     /// Also write views, eigenspace, distances and ranking as NumPy files into this directory
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
@@ -80,63 +51,69 @@ const MAX_EXPORTED_VIEWS: u32 = 8192;
 
 impl Cmd {
     pub fn run(self) -> anyhow::Result<()> {
-        let settings = self.settings()?;
+        let selection = self.selection.selection(&self.settings)?;
+        let settings = self.settings.settings(selection);
         check_target(&self.out)?;
-        if let Some(directory) = &self.export {
-            check_directory(directory)?;
-        }
         let map = Map::open(&self.map)?;
-        if self.export.is_some() {
-            let views = settings
-                .grid(&map)
-                .with_context(|| self.map.clone())?
-                .count();
-            ensure!(
-                views <= MAX_EXPORTED_VIEWS,
-                "--export writes a distance matrix of at most {MAX_EXPORTED_VIEWS} views, this map has {views}; raise --stride"
-            );
+        if let Some(shard) = self.shard {
+            return self.fold(&map, &settings, shard);
+        }
+        if let Some(directory) = &self.export {
+            check_export(&map, &settings, directory).with_context(|| self.map.clone())?;
         }
         let with_profile = self.export.is_some();
         let trained = train(&map, &settings, with_profile, &Progress::Stderr)
             .with_context(|| self.map.clone())?;
-
         if let Some(directory) = &self.export {
             export(&trained, &settings, directory)?;
         }
-        write_file(&self.out, |file| file.write_all(trained.atlas.bytes()))?;
+        deliver(&trained, &self.out, self.json)
+    }
 
+    /// Writes a part instead of an atlas.
+    fn fold(&self, map: &Map, settings: &Settings, shard: Shard) -> anyhow::Result<()> {
+        let part = fold_shard(map, settings, shard, &Progress::Stderr)
+            .with_context(|| self.map.clone())?;
+        let bytes = part.emit();
+        write_file(&self.out, |file| file.write_all(&bytes))?;
         let mut out = io::stdout().lock();
-        let summary = Summary::of(&trained.atlas());
         if self.json {
-            return print_json(&mut out, &summary);
+            let value = json!({
+                "shard": shard.to_string(), "views": part.fold.count(), "bytes": bytes.len(),
+            });
+            return print_json(&mut out, &value);
         }
-        inspect::print(&mut out, &self.out, &summary)
+        writeln!(
+            out,
+            "{}: part {shard}, {} views, {} bytes",
+            self.out.display(),
+            part.fold.count(),
+            bytes.len()
+        )?;
+        Ok(())
     }
+}
 
-    fn settings(&self) -> anyhow::Result<Settings> {
-        let selection = match (self.select, self.landmarks) {
-            (SelectChoice::Profile, landmarks) => Selection::Profile {
-                landmarks: landmarks.unwrap_or(8),
-            },
-            (SelectChoice::All, None) => Selection::All,
-            (SelectChoice::All, Some(_)) => {
-                anyhow::bail!("--landmarks has no meaning with --select all")
-            }
-        };
-        Ok(Settings {
-            scale: self.scale,
-            blur: self.blur.into(),
-            dimensions: self.dims,
-            selection,
-            view_size_px: self.view_size,
-            stride_px: self.stride,
-            normalize: self.normalize.into(),
-            highpass_px: self.highpass,
-            whiten: self.whiten,
-            metric: self.metric.into(),
-            width: self.coefficients.into(),
-        })
+/// Writes the atlas and says what is in it.
+pub fn deliver(trained: &Trained, path: &Path, json: bool) -> anyhow::Result<()> {
+    write_file(path, |file| file.write_all(trained.atlas.bytes()))?;
+    let mut out = io::stdout().lock();
+    let summary = Summary::of(&trained.atlas());
+    if json {
+        return print_json(&mut out, &summary);
     }
+    inspect::print(&mut out, path, &summary)
+}
+
+/// Before long work: whether the export could be written at all.
+fn check_export(map: &Map, settings: &Settings, directory: &Path) -> anyhow::Result<()> {
+    check_directory(directory)?;
+    let views = settings.grid(map)?.count();
+    ensure!(
+        views <= MAX_EXPORTED_VIEWS,
+        "--export writes a distance matrix of at most {MAX_EXPORTED_VIEWS} views, this map has {views}; raise --stride"
+    );
+    Ok(())
 }
 
 /// Everything training computed, one row per candidate.
@@ -186,38 +163,18 @@ fn export(trained: &Trained, settings: &Settings, directory: &Path) -> anyhow::R
         &[n, 2],
         &mut places.flat_map(|place| [place.x_px.into(), place.y_px.into()]),
     )?;
-    let Some((profile, ranking)) = &trained.profile else {
+    let Some(profiled) = &trained.selected.profiled else {
         return Ok(());
     };
-    write("profile.npy", &[n], &mut profile.iter().copied())?;
+    write("profile.npy", &[n], &mut profiled.values.iter().copied())?;
     let ranking = json!({
-        "ranking": ranking,
-        "landmarks": trained.landmarks,
+        "ranking": profiled.ranking,
+        "landmarks": trained.selected.landmarks,
+        "residuals": trained.selected.residuals,
         "covered_variance": model.covered_variance(),
     });
     write_file(&directory.join("ranking.json"), |file| {
         writeln!(file, "{ranking:#}")
     })?;
     Ok(())
-}
-
-fn scale(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(scale) if (1.0..=1000.0).contains(&scale) => Ok(scale),
-        _ => Err("expected a number from 1 to 1000".to_owned()),
-    }
-}
-
-fn whitening(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(alpha) if (0.0..=2.0).contains(&alpha) => Ok(alpha),
-        _ => Err("expected a number from 0 to 2".to_owned()),
-    }
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(number) if (0.0..=1000.0).contains(&number) => Ok(number),
-        _ => Err("expected a number from 0 to 1000".to_owned()),
-    }
 }

@@ -8,8 +8,8 @@ mod rows;
 mod settings;
 
 pub use candidates::{Candidates, CandidatesError};
-pub use ipca::IncrementalPca;
+pub use ipca::{Growth, IncrementalPca, RESIDUAL_TOLERANCE};
 pub use pca::{Fold, Model, PcaError, Route};
 pub use preprocess::{Kernel, Preprocess};
 pub use rows::{Matrix, Rows};
-pub use settings::{Selection, Settings};
+pub use settings::{HIGHPASSES, SCALES, Settings, WHITENINGS};

@@ -1,15 +1,31 @@
 //! What a user can choose about training.
 
+use std::ops::RangeInclusive;
+
 use eigenmark_core::{
     atlas::Blur,
-    eigenspace::Normalize,
+    eigenspace::{MAX_DIMENSIONS, Normalize},
     landmark::{Metric, Width},
 };
 
-use crate::map::{Grid, GridError, Map};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    map::{Grid, GridError, Map},
+    select::Selection,
+};
+
+/// Scales that can be chosen.
+pub const SCALES: RangeInclusive<f64> = 1.0..=1000.0;
+
+/// Sigmas of a high-pass that can be chosen, in view pixels.
+pub const HIGHPASSES: RangeInclusive<f64> = 0.0..=1000.0;
+
+/// Whitening exponents that can be chosen.
+pub const WHITENINGS: RangeInclusive<f64> = 0.0..=2.0;
 
 /// How an atlas is trained. The default is the report's representative setting.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Map pixels per view pixel: a view has ⌊view size / scale⌋ pixels per side (report table 3.1).
     pub scale: f64,
@@ -35,25 +51,13 @@ pub struct Settings {
     pub width: Width,
 }
 
-/// Which candidates become landmarks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Selection {
-    /// The first l of the profile ranking (report algorithm 2.3).
-    Profile {
-        /// Number of landmarks, l.
-        landmarks: u32,
-    },
-    /// All of them, in the order of their numbers: a dense table.
-    All,
-}
-
 impl Default for Settings {
     fn default() -> Self {
         Self {
             scale: 10.0,
             blur: Blur::Gauss1,
             dimensions: 15,
-            selection: Selection::Profile { landmarks: 8 },
+            selection: Selection::profile(8),
             view_size_px: 200,
             stride_px: None,
             normalize: Normalize::None,
@@ -66,6 +70,21 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Whether its numbers are in the ranges that the command line accepts; settings read from a file may be anything.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        SCALES.contains(&self.scale)
+            && (1..=MAX_DIMENSIONS).contains(&self.dimensions)
+            && self.view_size_px > 0
+            && self.stride_px != Some(0)
+            && HIGHPASSES.contains(&self.highpass_px)
+            && WHITENINGS.contains(&self.whiten)
+            && match &self.selection {
+                Selection::All => true,
+                Selection::Best(best) => best.landmarks > 0 && best.spacing_px >= 0.0,
+            }
+    }
+
     /// Pixels per side of a view, v = ⌊view size / scale⌋.
     ///
     /// ```

@@ -97,7 +97,7 @@ fn landmarks_on_map(report: &TrainingReport<'_>) -> String {
     let grid = report.trained.candidates.grid();
     let (half, side) = (grid.window_px() as f32 / 2.0, grid.window_px());
     let mut drawing = String::new();
-    for (&view, rank) in report.trained.landmarks.iter().zip(1..) {
+    for (&view, rank) in report.trained.selected.landmarks.iter().zip(1..) {
         let Point { x_px, y_px } = grid.place(view);
         // Writing to a string does not fail.
         let _ = write!(
@@ -112,7 +112,7 @@ fn landmarks_on_map(report: &TrainingReport<'_>) -> String {
     }
     let caption = format!(
         "<p>{} of {} views, numbered by rank. Frames overlap where views do.</p>",
-        report.trained.landmarks.len(),
+        report.trained.selected.landmarks.len(),
         grid.count()
     );
     map_with(report, &drawing) + &caption
@@ -184,11 +184,12 @@ fn eigenspace(trained: &Trained) -> String {
         y: "percent",
     };
     let mut plots = line_plot(axes, &variance, (0.0, 100.0));
-    if let Some((profile, ranking)) = &trained.profile {
-        let sorted: Vec<(f64, f64)> = ranking
+    if let Some(profiled) = &trained.selected.profiled {
+        let sorted: Vec<(f64, f64)> = profiled
+            .ranking
             .iter()
             .zip(1..)
-            .map(|(&view, rank)| (f64::from(rank), profile[view as usize - 1]))
+            .map(|(&view, rank)| (f64::from(rank), profiled.values[view as usize - 1]))
             .collect();
         let (high, low) = (sorted[0].1, sorted[sorted.len() - 1].1);
         let margin = 0.05 * (high - low).max(1e-9);

@@ -153,12 +153,8 @@ pub fn select(
         } => {
             let start = match start {
                 Start::Given(views) => views.clone(),
-                Start::Profile => {
-                    chooser.by_profile(best, &eligible, START_LEN.min(landmarks))
-                }
-                Start::Random { seed } => {
-                    random_start(&eligible, START_LEN.min(landmarks), *seed)
-                }
+                Start::Profile => chooser.by_profile(best, &eligible, START_LEN.min(landmarks)),
+                Start::Random { seed } => random_start(&eligible, START_LEN.min(landmarks), *seed)?,
             };
             let until = Until {
                 landmarks,

@@ -1,9 +1,10 @@
 //! Dissimilarity of two points of an eigenspace, in f64: the twin of the core's integer matching.
 
 use eigenmark_core::landmark::Metric;
+use serde::{Deserialize, Serialize};
 
 /// What a distance profile averages: a number for two points, symmetrical, zero for two that are the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Dissimilarity {
     /// ‖a − b‖², the sum of squared differences.
     Ssd,

@@ -1,14 +1,21 @@
-//! The whole way from a map to an atlas: cut views, learn, select, quantize, calibrate.
+//! The whole way from a map to an atlas: lay out candidates, learn, select, quantize, calibrate.
+//!
+//! Learning can be shared: [`fold_shard`] makes a [`Part`] of some of the candidates, and [`merge`] goes on with all
+//! parts as [`train`] does with the whole.
+
+mod part;
 
 use eigenmark_core::atlas::{Atlas, AtlasError, Training};
 
 use crate::{
     atlas::{AtlasBuffer, CalibrationError, Folded, calibrate, radii},
-    learn::{Candidates, CandidatesError, Model, PcaError, Preprocess, Selection, Settings},
+    learn::{Candidates, CandidatesError, Fold, Model, PcaError, Preprocess, Rows, Settings},
     map::{GridError, Map},
     output::Progress,
-    select::{MAX_PROFILED, profile, rank_by_profile},
+    select::{Selected, Selection, SelectionError, select},
 };
+
+pub use part::{MAX_PART_BYTES, Part, PartError, Shard};
 
 /// Everything training makes; the atlas is what flies, the rest is for judging and exporting.
 #[derive(Debug)]
@@ -19,10 +26,8 @@ pub struct Trained {
     pub model: Model,
     /// The candidates' coordinates as matched: whitened, n rows of k.
     pub coordinates: Vec<f64>,
-    /// The distance profile and its ranking (candidate numbers, best first); only when it was asked for, or needed.
-    pub profile: Option<(Vec<f64>, Vec<u32>)>,
-    /// The selected candidates, best first.
-    pub landmarks: Vec<u32>,
+    /// The selected candidates, and how they were ranked.
+    pub selected: Selected,
     /// The atlas.
     pub atlas: AtlasBuffer,
 }
@@ -33,29 +38,65 @@ pub enum TrainError {
     /// The map is too small for the view size, or the stride too fine.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// The candidates cannot be cut into views.
+    /// The candidates cannot be views.
     #[error(transparent)]
     Candidates(#[from] CandidatesError),
-    /// More landmarks are asked for than there are candidates.
-    #[error("{landmarks} landmarks are asked for, but the map has {candidates} views")]
-    TooManyLandmarks {
-        /// Landmarks asked for.
-        landmarks: u32,
-        /// Number of candidates.
-        candidates: u32,
+    /// There are not as many parts as they say.
+    #[error("part {missing} of {of} is missing")]
+    MissingPart {
+        /// Its number.
+        missing: u32,
+        /// How many there should be.
+        of: u32,
     },
-    /// There are too many candidates to compare every pair of them.
+    /// A part is there more than once.
+    #[error("part {shard} is given more than once")]
+    SamePart {
+        /// The part.
+        shard: Shard,
+    },
+    /// A part was made for another atlas.
     #[error(
-        "{candidates} views are too many for the distance profile, which compares up to {MAX_PROFILED}; \
-         raise --stride or choose --select all"
+        "part {shard} was made with other settings, or of another number of parts, than part {first}"
     )]
-    TooManyProfiled {
-        /// Number of candidates.
-        candidates: u32,
+    OtherSettings {
+        /// The part.
+        shard: Shard,
+        /// The first part given.
+        first: Shard,
+    },
+    /// A part was made from another map.
+    #[error("part {shard} was made from a map with CRC {expected:08x}; this one has {found:08x}")]
+    OtherMap {
+        /// The part.
+        shard: Shard,
+        /// CRC of its map.
+        expected: u32,
+        /// CRC of this map.
+        found: u32,
+    },
+    /// A part does not hold its share of the candidates.
+    #[error(
+        "part {shard} holds {found} views of {found_pixels} pixels, expected {expected} of {pixels}"
+    )]
+    OtherShare {
+        /// The part.
+        shard: Shard,
+        /// Vectors in it.
+        found: usize,
+        /// Numbers per vector in it.
+        found_pixels: usize,
+        /// Views of its share.
+        expected: usize,
+        /// Pixels per view.
+        pixels: usize,
     },
     /// There is no eigenspace of that size.
     #[error(transparent)]
     Pca(#[from] PcaError),
+    /// There are no such landmarks.
+    #[error(transparent)]
+    Selection(#[from] SelectionError),
     /// The judgement of known views could not be calibrated.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
@@ -74,20 +115,110 @@ pub fn train(
     with_profile: bool,
     progress: &Progress,
 ) -> Result<Trained, TrainError> {
-    let grid = settings.grid(map)?;
-    if let Selection::Profile { landmarks } = settings.selection
-        && landmarks > grid.count()
-    {
-        return Err(TrainError::TooManyLandmarks {
-            landmarks,
-            candidates: grid.count(),
+    let step = progress.step("learning the eigenspace");
+    let candidates = lay_out(map, settings)?;
+    let model = Model::learn(&candidates, usize::from(settings.dimensions))?;
+    drop(step);
+    finish(map, settings, candidates, model, with_profile, progress)
+}
+
+/// Folds one share of the candidates.
+///
+/// # Errors
+/// See [`TrainError`].
+pub fn fold_shard(
+    map: &Map,
+    settings: &Settings,
+    shard: Shard,
+    progress: &Progress,
+) -> Result<Part, TrainError> {
+    let _step = progress.step("folding views");
+    let candidates = lay_out(map, settings)?;
+    let (first, end) = shard.range(candidates.count());
+    Ok(Part {
+        shard,
+        settings: settings.clone(),
+        map_crc: map.crc(),
+        fold: Fold::of(&candidates, first, end),
+    })
+}
+
+/// Trains an atlas from parts of its candidates, in any order.
+///
+/// # Errors
+/// When the parts are not those of one training on this map, and as [`train`].
+pub fn merge(
+    map: &Map,
+    mut parts: Vec<Part>,
+    with_profile: bool,
+    progress: &Progress,
+) -> Result<Trained, TrainError> {
+    let step = progress.step("joining parts");
+    let Some(first) = parts.first() else {
+        return Err(TrainError::MissingPart { missing: 1, of: 1 });
+    };
+    let (settings, first, of) = (first.settings.clone(), first.shard, first.shard.of());
+    let map_crc = map.crc();
+    for part in &parts {
+        let shard = part.shard;
+        if part.settings != settings || shard.of() != of {
+            return Err(TrainError::OtherSettings { shard, first });
+        }
+        if part.map_crc != map_crc {
+            return Err(TrainError::OtherMap {
+                shard,
+                expected: part.map_crc,
+                found: map_crc,
+            });
+        }
+    }
+    parts.sort_by_key(|part| part.shard.index());
+    if let Some(pair) = parts.windows(2).find(|pair| pair[0].shard == pair[1].shard) {
+        return Err(TrainError::SamePart {
+            shard: pair[0].shard,
         });
     }
-    let is_needed = with_profile || settings.selection != Selection::All;
-    if is_needed && grid.count() > MAX_PROFILED {
-        return Err(TrainError::TooManyProfiled {
-            candidates: grid.count(),
+    let missing = (1..=of).find(|&index| {
+        parts
+            .get(index as usize - 1)
+            .is_none_or(|part| part.shard.index() != index)
+    });
+    if let Some(missing) = missing {
+        return Err(TrainError::MissingPart { missing, of });
+    }
+
+    let candidates = lay_out(map, &settings)?;
+    let mut joined: Option<Fold> = None;
+    for part in parts {
+        let (first, end) = part.shard.range(candidates.count());
+        let other_share = TrainError::OtherShare {
+            shard: part.shard,
+            found: part.fold.count(),
+            found_pixels: part.fold.pixels(),
+            expected: end - first,
+            pixels: candidates.pixels(),
+        };
+        if part.fold.count() != end - first || part.fold.pixels() != candidates.pixels() {
+            return Err(other_share);
+        }
+        joined = Some(match joined {
+            None => part.fold,
+            Some(before) => before.join(part.fold).map_err(|_| other_share)?,
         });
+    }
+    let Some(fold) = joined else {
+        return Err(TrainError::MissingPart { missing: 1, of });
+    };
+    let model = Model::of_fold(&fold, usize::from(settings.dimensions))?;
+    drop(step);
+    finish(map, &settings, candidates, model, with_profile, progress)
+}
+
+/// The candidates that the settings ask for, when a board can hold their views.
+fn lay_out(map: &Map, settings: &Settings) -> Result<Candidates, TrainError> {
+    let grid = settings.grid(map)?;
+    if let Selection::Best(best) = &settings.selection {
+        best.check(grid.count())?;
     }
     let side = settings.view_side();
     Candidates::check_side(side, settings.view_size_px)?;
@@ -97,35 +228,33 @@ pub fn train(
         settings.blur,
         settings.highpass_px,
     );
+    Ok(Candidates::new(map, &grid, &preprocess)?)
+}
 
-    let step = progress.step("learning the eigenspace");
-    let candidates = Candidates::new(map, &grid, &preprocess)?;
-    let dimensions = usize::from(settings.dimensions);
-    let model = Model::learn(&candidates, dimensions)?;
+/// From the eigenspace on.
+fn finish(
+    map: &Map,
+    settings: &Settings,
+    candidates: Candidates,
+    model: Model,
+    with_profile: bool,
+    progress: &Progress,
+) -> Result<Trained, TrainError> {
+    let step = progress.step("projecting views");
     let coordinates = model.whitened(model.project(&candidates), settings.whiten);
-
     drop(step);
     let step = progress.step("selecting landmarks");
-    let profile = is_needed.then(|| {
-        let profile = profile(settings.metric, &coordinates, dimensions);
-        let ranking = rank_by_profile(&profile);
-        (profile, ranking)
-    });
-    let landmarks: Vec<u32> = match (settings.selection, &profile) {
-        (Selection::Profile { landmarks }, Some((_, ranking))) => {
-            ranking[..landmarks as usize].to_vec()
-        }
-        _ => (1..=grid.count()).collect(),
-    };
-
+    let selected = select(map, &candidates, &coordinates, settings, with_profile)?;
     drop(step);
+
     let step = progress.step("quantizing");
+    let landmarks = &selected.landmarks;
     let folded = Folded::new(&model, &coordinates, &candidates, settings);
     let radii = radii(
         settings.metric,
         &coordinates,
-        dimensions,
-        &landmarks,
+        model.dimensions,
+        landmarks,
         folded.error(),
     );
     let training = Training {
@@ -136,15 +265,14 @@ pub fn train(
         covered_variance: model.covered_variance() as f32,
         map_crc: map.crc(),
     };
-    let open = folded.atlas(map, &candidates, &landmarks, &radii, training)?;
+    let open = folded.atlas(map, &candidates, landmarks, &radii, training)?;
     drop(step);
     let atlas = calibrate(map, &open, progress)?;
     Ok(Trained {
         candidates,
         model,
         coordinates,
-        profile,
-        landmarks,
+        selected,
         atlas,
     })
 }

@@ -92,19 +92,13 @@ impl Model {
     /// # Errors
     /// When the vectors span fewer dimensions.
     pub fn learn(rows: &impl Rows, dimensions: usize) -> Result<Self, PcaError> {
-        if Self::is_folded(rows.count(), rows.pixels()) {
+        if rows.count().min(rows.pixels()) <= MAX_DECOMPOSED {
             Self::of_fold(&Fold::of(rows, 0, rows.count()), dimensions)
         } else {
             let (sketched, residual) = sketch::sketch(rows, dimensions)?;
             let route = Route::Sketch { residual };
             Ok(Self::new(sketched, rows.count(), route))
         }
-    }
-
-    /// Whether so many vectors of so many numbers are learned through a [`Fold`].
-    #[must_use]
-    pub fn is_folded(count: usize, pixels: usize) -> bool {
-        count.min(pixels) <= MAX_DECOMPOSED
     }
 
     /// Learns the eigenspace of folded vectors.

@@ -30,6 +30,7 @@ mod plane;
 
 use eigenmark_core::preprocess::MIN_VIEW_SIDE;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 pub use plane::Plane;
 
@@ -37,7 +38,7 @@ use crate::map::{Grid, Map};
 use integral::Integral;
 
 /// What draws attention.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Attention {
     /// Corners: the strength of Harris and Stephens (1988), in levels⁴ per view pixel⁴; nothing along straight edges.
     Harris,

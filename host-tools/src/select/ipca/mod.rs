@@ -93,10 +93,12 @@ pub struct IpcaRanking {
 #[non_exhaustive]
 pub enum IpcaError {
     /// There is nothing to start from.
-    #[error("the start list is empty; it needs one candidate at least")]
+    #[error("the start list is empty; it needs one view at least")]
     EmptyStart,
     /// There are no such views.
-    #[error("candidate {candidate} does not exist; there are {count}, numbered from 1")]
+    #[error(
+        "view {candidate} of the start list does not exist; there are {count}, numbered from 1"
+    )]
     Unknown {
         /// The number that was given.
         candidate: u32,
@@ -104,20 +106,20 @@ pub enum IpcaError {
         count: usize,
     },
     /// A landmark cannot be selected twice.
-    #[error("candidate {candidate} is in the start list twice; its members must differ")]
+    #[error("view {candidate} is in the start list twice; its members must differ")]
     Repeated {
         /// The number that was given.
         candidate: u32,
     },
     /// A start member is not among those that may be selected.
-    #[error("candidate {candidate} is in the start list, but is not eligible as a landmark")]
+    #[error("view {candidate} is in the start list, but not among the preselected views")]
     Ineligible {
         /// The number that was given.
         candidate: u32,
     },
     /// Two start members may not both be landmarks.
     #[error(
-        "candidates {candidate} and {other} of the start list are closer than the landmarks' spacing"
+        "views {candidate} and {other} of the start list are closer than the landmarks' spacing"
     )]
     TooClose {
         /// The one that comes later in the list.
@@ -127,7 +129,7 @@ pub enum IpcaError {
     },
     /// Fewer candidates than asked for can be landmarks together.
     #[error(
-        "{asked} start candidates are asked for, but only {found} were found that may be landmarks together"
+        "{asked} views are to start from, but only {found} were found that may be landmarks together"
     )]
     TooFew {
         /// Candidates asked for.
@@ -136,7 +138,7 @@ pub enum IpcaError {
         found: usize,
     },
     /// A view has pixels that cannot be computed with.
-    #[error("the view of candidate {candidate} has pixels that are not finite numbers")]
+    #[error("view {candidate} has pixels that are not finite numbers")]
     NotFinite {
         /// The first such candidate.
         candidate: u32,

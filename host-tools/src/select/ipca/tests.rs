@@ -320,7 +320,7 @@ fn what_cannot_be_a_start_list_is_refused() {
     }
     assert_eq!(
         error(&views, &[11]).to_string(),
-        "candidate 11 does not exist; there are 10, numbered from 1"
+        "view 11 of the start list does not exist; there are 10, numbered from 1"
     );
     views[4 * 6 + 1] = f32::NAN;
     assert_eq!(error(&views, &[1]), IpcaError::NotFinite { candidate: 7 });

@@ -1,0 +1,217 @@
+//! The options that say how an atlas is trained; shared by every command that trains.
+
+use anyhow::ensure;
+use clap::{Args, value_parser};
+use eigenmark::{
+    learn::{HIGHPASSES, SCALES, Settings, WHITENINGS},
+    select::{Best, Method, Preselection, Selection, Start},
+};
+
+use super::choices::{
+    AttentionChoice, BlurChoice, DissimilarityChoice, MethodChoice, MetricChoice, NormalizeChoice,
+    SelectChoice, WidthChoice,
+};
+
+/// Landmarks that are selected when nothing else is said.
+const LANDMARKS: u32 = 8;
+
+/// How an atlas is trained.
+#[derive(Clone, Debug, Args)]
+pub struct SettingsArgs {
+    /// Map pixels per view pixel: 10 is the report's scale factor 1/10
+    #[arg(long, default_value_t = 10.0, value_parser = scale)]
+    pub scale: f64,
+    /// Gaussian blur of the views
+    #[arg(long, value_enum, default_value = "gauss1")]
+    pub blur: BlurChoice,
+    /// Dimensions of the eigenspace
+    #[arg(long, value_name = "K", default_value_t = 15, value_parser = value_parser!(u8).range(1..=128))]
+    pub dims: u8,
+    /// Side of a view's footprint, in map pixels
+    #[arg(long, value_name = "PX", default_value_t = 200, value_parser = value_parser!(u32).range(1..))]
+    pub view_size: u32,
+    /// Distance between views in map pixels [default: the report's layout, side by side and on the corners]
+    #[arg(long, value_name = "PX", value_parser = value_parser!(u32).range(1..))]
+    pub stride: Option<u32>,
+    /// Contrast normalization of every view
+    #[arg(long, value_enum, default_value = "none")]
+    pub normalize: NormalizeChoice,
+    /// Subtract a Gaussian blur of this sigma, in view pixels
+    #[arg(long, value_name = "SIGMA", default_value_t = 0.0, value_parser = not_negative)]
+    pub highpass: f64,
+    /// Multiply coefficients by λ^(−ALPHA/2)
+    #[arg(long, value_name = "ALPHA", default_value_t = 0.0, value_parser = whitening)]
+    pub whiten: f64,
+    /// How views are compared
+    #[arg(long, value_enum, default_value = "nssd")]
+    pub metric: MetricChoice,
+    /// Width of the landmarks' coefficients
+    #[arg(long, value_enum, default_value = "i16")]
+    pub coefficients: WidthChoice,
+}
+
+/// Which views become landmarks.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Selection")]
+pub struct SelectionArgs {
+    /// Which views become landmarks
+    #[arg(long, value_enum, default_value = "profile")]
+    select: SelectChoice,
+    /// Number of landmarks [default: 8]
+    #[arg(long, value_name = "L", value_parser = value_parser!(u32).range(1..))]
+    landmarks: Option<u32>,
+    /// Landmarks that an IPCA ranking starts from: profile (the best three of that ranking), random, or views i,j,k
+    #[arg(long, value_name = "VIEWS", value_parser = start)]
+    start: Option<StartChoice>,
+    /// Seed of a random start
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// End an IPCA ranking when every view is represented to within this error: root mean square per pixel, in gray levels
+    #[arg(long, value_name = "LEVELS", value_parser = not_negative)]
+    stop_residual: Option<f64>,
+    /// What a profile averages [default: as the metric]
+    #[arg(long, value_enum)]
+    dissimilarity: Option<DissimilarityChoice>,
+    /// Fast routes, or the report's algorithms as they are written; both give the same ranking
+    #[arg(long, value_enum, default_value = "fast")]
+    method: MethodChoice,
+    /// Rank only the views that attract attention by this
+    #[arg(long, value_enum)]
+    preselect: Option<AttentionChoice>,
+    /// Views that are kept by --preselect [default: a quarter]
+    #[arg(long, value_name = "N", requires = "preselect", value_parser = value_parser!(u32).range(1..))]
+    keep: Option<u32>,
+    /// Distance between landmarks on the map, at least
+    #[arg(long, value_name = "METERS", default_value_t = 0.0, value_parser = length)]
+    spacing: f64,
+    /// Size of a map pixel
+    #[arg(long, value_name = "METERS", default_value_t = 1.0, value_parser = pixel_size)]
+    meters_per_pixel: f64,
+}
+
+/// What `--start` says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum StartChoice {
+    Profile,
+    Random,
+    Given(Vec<u32>),
+}
+
+impl SettingsArgs {
+    /// The settings, with a selection.
+    pub fn settings(&self, selection: Selection) -> Settings {
+        Settings {
+            scale: self.scale,
+            blur: self.blur.into(),
+            dimensions: self.dims,
+            selection,
+            view_size_px: self.view_size,
+            stride_px: self.stride,
+            normalize: self.normalize.into(),
+            highpass_px: self.highpass,
+            whiten: self.whiten,
+            metric: self.metric.into(),
+            width: self.coefficients.into(),
+        }
+    }
+}
+
+impl SelectionArgs {
+    /// The selection, with these settings.
+    pub fn selection(&self, settings: &SettingsArgs) -> anyhow::Result<Selection> {
+        if self.select == SelectChoice::All {
+            ensure!(
+                self.landmarks.is_none(),
+                "--landmarks has no meaning with --select all"
+            );
+            ensure!(
+                self.preselect.is_none() && self.spacing == 0.0,
+                "--preselect and --spacing have no meaning with --select all"
+            );
+        }
+        if self.select != SelectChoice::Ipca {
+            ensure!(
+                self.start.is_none() && self.stop_residual.is_none(),
+                "--start and --stop-residual need --select ipca"
+            );
+        }
+        let method = match self.select {
+            SelectChoice::All => return Ok(Selection::All),
+            SelectChoice::Profile => Method::Profile,
+            SelectChoice::Reliable => Method::Reliable,
+            SelectChoice::Ipca => Method::Ipca {
+                start: match self.start.clone().unwrap_or(StartChoice::Profile) {
+                    StartChoice::Profile => Start::Profile,
+                    StartChoice::Random => Start::Random { seed: self.seed },
+                    StartChoice::Given(views) => Start::Given(views),
+                },
+                // Of v² pixels, the norm is v times the root mean square.
+                stop_residual: self
+                    .stop_residual
+                    .map(|rms| rms * f64::from(settings.settings(Selection::All).view_side())),
+            },
+        };
+        let preselection = self.preselect.map(|attention| Preselection {
+            attention: attention.into(),
+            keep: self.keep,
+        });
+        Ok(Selection::Best(Best {
+            landmarks: self.landmarks.unwrap_or(LANDMARKS),
+            method,
+            dissimilarity: self.dissimilarity.map(Into::into),
+            is_literal: self.method == MethodChoice::Literal,
+            preselection,
+            spacing_px: (self.spacing / self.meters_per_pixel) as f32,
+        }))
+    }
+}
+
+fn scale(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(scale) if SCALES.contains(&scale) => Ok(scale),
+        _ => Err("expected a number from 1 to 1000".to_owned()),
+    }
+}
+
+fn whitening(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(alpha) if WHITENINGS.contains(&alpha) => Ok(alpha),
+        _ => Err("expected a number from 0 to 2".to_owned()),
+    }
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(number) if HIGHPASSES.contains(&number) => Ok(number),
+        _ => Err("expected a number from 0 to 1000".to_owned()),
+    }
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(number) if (0.0..=1e6).contains(&number) => Ok(number),
+        _ => Err("expected a number of meters from 0 to 1000000".to_owned()),
+    }
+}
+
+fn pixel_size(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(number) if (1e-3..=1e3).contains(&number) => Ok(number),
+        _ => Err("expected a number of meters from 0.001 to 1000".to_owned()),
+    }
+}
+
+fn start(text: &str) -> Result<StartChoice, String> {
+    match text {
+        "profile" => Ok(StartChoice::Profile),
+        "random" => Ok(StartChoice::Random),
+        _ => text
+            .split(',')
+            .map(str::parse)
+            .collect::<Result<_, _>>()
+            .map(StartChoice::Given)
+            .map_err(|_| {
+                "expected profile, random, or numbers of views such as 20,51,79".to_owned()
+            }),
+    }
+}

@@ -1,0 +1,226 @@
+"""Times learning and selection against scikit-learn and NumPy, on the same vectors in the same run.
+
+The vectors are candidates of a real map. Each side is a process of its own that reads them, computes once to warm up
+where that is cheap, then a few times more, and prints its best time, its peak memory and a result; the two take turns.
+Results are compared before times are. Prints a line per row of the table and, with a third argument, writes them there
+as a Markdown table with their provenance. Exits 1 when results differ or a ratio is above its limit.
+
+usage: benchmark.py BENCH MAP [TABLE] [--quick]
+"""
+
+import json
+import pathlib
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+# Rounds of taking turns, and repetitions within one.
+ROUNDS = 3
+REPETITIONS = 3
+
+# Results may differ by rounding.
+TOLERANCE = 1e-6
+
+# Rows of a block of pairs: 1000 x 100,000 doubles are 800 MB.
+PAIRS = 1000
+
+
+# -- what the peers do --------------------------------------------------------------------------------------------
+
+
+def pca(path, dtype):
+    from sklearn.decomposition import PCA
+
+    vectors = np.load(path).astype(dtype)
+
+    def learn():
+        model = PCA(15, random_state=0)
+        model.fit_transform(vectors)
+        count = len(vectors)
+        return (model.explained_variance_ * (count - 1) / count).tolist()
+
+    return learn
+
+
+def profile(path):
+    points = np.load(path)
+    norms = np.square(points).sum(axis=1)
+
+    def rank():
+        values = np.empty(len(points))
+        for start in range(0, len(points), PAIRS):
+            block = slice(start, start + PAIRS)
+            sums = norms[block, None] + norms[None, :]
+            values[block] = (0.5 - points[block] @ points.T / sums).sum(axis=1)
+        return (np.argsort(-values, kind="stable")[:50] + 1).tolist()
+
+    return rank
+
+
+def ipca(path, landmarks):
+    vectors = np.load(path).astype(np.float64)
+
+    def rank():
+        # Algorithm 2.4 with every candidate at once. The basis of the eigenspace may be any orthonormal one: residuals
+        # do not depend on it, so the eigenproblem of the update is left out, in the peer's favor.
+        selected = [0, 1, 2]
+        start = vectors[selected]
+        mean = start.mean(axis=0)
+        basis = np.linalg.svd(start - mean, full_matrices=False)[2][:2]
+        while len(selected) < landmarks:
+            centered = vectors - mean
+            coordinates = centered @ basis.T
+            residuals = coordinates @ basis - centered
+            norms = np.einsum("ij,ij->i", residuals, residuals)
+            norms[selected] = -1
+            best = int(norms.argmax())
+            direction = residuals[best] / np.sqrt(norms[best])
+            basis = np.vstack([basis, direction])
+            count = len(selected)
+            mean = (count * mean + vectors[best]) / (count + 1)
+            selected.append(best)
+        return [index + 1 for index in selected]
+
+    return rank
+
+
+def peer(what, path, *more):
+    """In a process of its own: the best time, the peak memory, the result."""
+    import resource
+
+    compute = {
+        "pca-f32": lambda: pca(path, np.float32),
+        "pca-f64": lambda: pca(path, np.float64),
+        "profile": lambda: profile(path),
+        "ipca": lambda: ipca(path, int(more[1])),
+    }[what]()
+    repetitions = int(more[0])
+    seconds = []
+    for _ in range(repetitions):
+        begin = time.perf_counter()
+        result = compute()
+        seconds.append(time.perf_counter() - begin)
+    peak_mib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(json.dumps({"seconds": min(seconds), "peak_mib": peak_mib, "result": result}))
+
+
+# -- taking turns -------------------------------------------------------------------------------------------------
+
+
+def run(command):
+    output = subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True)
+    return json.loads(output.stdout)
+
+
+def measure(ours, theirs, rounds):
+    """The better of `rounds` times of each side, taken in turns."""
+    best = None
+    for _ in range(rounds):
+        now = [run(ours), run(theirs)]
+        if best is None:
+            best = now
+        for old, new in zip(best, now):
+            old["seconds"] = min(old["seconds"], new["seconds"])
+            old["peak_mib"] = max(old["peak_mib"], new["peak_mib"])
+    return best
+
+
+def is_same(ours, theirs):
+    if isinstance(ours[0], int):
+        return ours == theirs
+    return np.allclose(ours, theirs, rtol=TOLERANCE * 100, atol=TOLERANCE * ours[0])
+
+
+def main():
+    arguments = [argument for argument in sys.argv[1:] if argument != "--quick"]
+    is_quick = "--quick" in sys.argv
+    bench, map_path, *table = arguments
+    rounds = 1 if is_quick else ROUNDS
+    this = [sys.executable, __file__, "--peer"]
+    rows = []
+    failures = 0
+    with tempfile.TemporaryDirectory() as directory:
+        directory = pathlib.Path(directory)
+
+        def candidates(name, view_px, scale, stride_px, every):
+            path = directory / f"{name}.npy"
+            command = [bench, "candidates", map_path, view_px, scale, stride_px, every, path]
+            run(command)
+            return path
+
+        many = candidates("many", 120, 6, 4, 20 if is_quick else 1)
+        some = candidates("some", 120, 6, 4, 100 if is_quick else 5)
+        report = candidates("report", 200, 10, 0, 1)
+        fine = candidates("fine", 200, 4 if is_quick else 1, 0, 1)
+        coordinates = directory / "coordinates.npy"
+        run([bench, "coordinates", many, coordinates])
+
+        def compare(name, limit, ours, theirs, rounds=rounds, repetitions=REPETITIONS):
+            nonlocal failures
+            what, path, *more = ours
+            our = [bench, what, path, repetitions, *more]
+            what, path, *more = theirs
+            their = [*this, what, path, repetitions, *more]
+            our, their = measure(our, their, rounds)
+            ratio = our["seconds"] / their["seconds"]
+            same = is_same(our["result"], their["result"])
+            is_met = is_quick or ratio <= limit
+            failures += not (same and is_met)
+            shape = "{0} x {1}".format(*np.load(path, mmap_mode="r").shape)
+            verdict = "ok" if same and is_met else "DIFFERENT RESULTS" if not same else "TOO SLOW"
+            row = (name, shape, our["seconds"], their["seconds"], ratio, limit, our["peak_mib"], their["peak_mib"])
+            rows.append(row)
+            print(f"{name:44} {shape:14} {row[2]:9.4f} s {row[3]:9.4f} s  ratio {ratio:.4f} (limit {limit})  "
+                  f"{row[6]:6.0f} MiB {row[7]:6.0f} MiB  {verdict}", flush=True)
+
+        for path in (report, fine, many):
+            compare("PCA, k = 15; scikit-learn in single precision", 1.0, ("pca", path), ("pca-f32", path))
+            compare("PCA, k = 15; scikit-learn in double precision", 1.0, ("pca", path), ("pca-f64", path))
+        compare("profile ranking, nSSD; NumPy, pairs in blocks", 0.005, ("profile", coordinates),
+                ("profile", coordinates), 1, 1)
+        landmarks = 10 if is_quick else 50
+        compare("IPCA ranking, 50 landmarks; NumPy, literal", 0.02, ("ipca", some, landmarks),
+                ("ipca", some, landmarks), rounds, 1)
+        compare("IPCA ranking, 50 landmarks; our literal route", 0.02, ("ipca", some, landmarks),
+                ("ipca", some, landmarks), 1, 1) if False else None
+
+    if table:
+        write(table[0], rows, map_path)
+    return 1 if failures else 0
+
+
+def write(path, rows, map_path):
+    import sklearn
+
+    lines = [
+        "# Learning and selection, timed against scikit-learn and NumPy",
+        "",
+        f"`tests/benchmark` on {pathlib.Path(map_path).name}; scikit-learn {sklearn.__version__}, NumPy "
+        f"{np.__version__}, {processor()}, two cores of it. Best of {ROUNDS} rounds of {REPETITIONS}, in turns "
+        "(profile: once). Memory is the peak of the process, its input included; Python's includes its libraries.",
+        "",
+        "| row | vectors | ours, s | theirs, s | ratio | limit | our memory, MiB | theirs, MiB |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for name, shape, ours, theirs, ratio, limit, our_mib, their_mib in rows:
+        lines.append(f"| {name} | {shape.replace('x', '×')} | {ours:.4f} | {theirs:.4f} | {ratio:.4f} | {limit} | "
+                     f"{our_mib:.0f} | {their_mib:.0f} |")
+    pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def processor():
+    for line in pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return platform.processor()
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--peer"]:
+        peer(*sys.argv[2:])
+    else:
+        sys.exit(main())

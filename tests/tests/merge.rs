@@ -1,0 +1,178 @@
+//! Training in parts: what several runs fold and one merges is what a single run learns.
+
+use std::fs;
+
+use eigenmark::{
+    learn::{Model, Settings},
+    map::Map,
+    output::Progress,
+    train::{Part, PartError, Shard, fold_shard, merge, train},
+};
+use eigenmark_tests::{cli::run, maps};
+
+/// How far sums in another order may be off, relative to the largest number of their kind.
+const TOLERANCE: f64 = 1e-10;
+
+fn parts(map: &Map, settings: &Settings, of: u32) -> Vec<Part> {
+    let shards = (1..=of).map(|index| Shard::new(index, of).expect("one of them"));
+    shards
+        .map(|shard| {
+            let part = fold_shard(map, settings, shard, &Progress::Hidden).expect("folded");
+            Part::parse(&part.emit()).expect("what was written can be read")
+        })
+        .collect()
+}
+
+fn assert_same(merged: &Model, whole: &Model) {
+    let same = |name: &str, merged: &[f64], whole: &[f64]| {
+        assert_eq!(merged.len(), whole.len(), "{name}");
+        let largest = whole
+            .iter()
+            .fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        for (merged, whole) in merged.iter().zip(whole) {
+            let difference = (merged - whole).abs();
+            assert!(
+                difference <= TOLERANCE * largest,
+                "{name}: {merged} {whole}"
+            );
+        }
+    };
+    same("mean", &merged.mean, &whole.mean);
+    same("eigenvalues", &merged.eigenvalues, &whole.eigenvalues);
+    same("basis", &merged.basis, &whole.basis);
+    let totals = [merged.total_variance, whole.total_variance];
+    same("total variance", &totals[..1], &totals[1..]);
+}
+
+/// The report's 83 views of 400 pixels, which are kept as they are, and a dense grid, whose products are summed.
+#[test]
+fn parts_merge_to_what_one_run_learns() {
+    for test_map in maps::all() {
+        let map = test_map.open();
+        for stride_px in [None, Some(20)] {
+            let settings = Settings {
+                view_size_px: test_map.view_size_px,
+                stride_px,
+                ..Settings::default()
+            };
+            let whole = train(&map, &settings, false, &Progress::Hidden).expect("trained");
+            for of in [1, 2, 5] {
+                let mut parts = parts(&map, &settings, of);
+                parts.reverse();
+                let merged = merge(&map, parts, false, &Progress::Hidden).expect("merged");
+                assert_same(&merged.model, &whole.model);
+                assert_eq!(merged.selected.landmarks, whole.selected.landmarks);
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_that_do_not_belong_together_are_refused() {
+    let map = Map::city();
+    let settings = Settings::default();
+    let refused = |parts: Vec<Part>| {
+        merge(&map, parts, false, &Progress::Hidden)
+            .expect_err("refused")
+            .to_string()
+    };
+    let three = parts(&map, &settings, 3);
+    assert_eq!(refused(Vec::new()), "part 1 of 1 is missing");
+    assert_eq!(
+        refused(vec![three[0].clone(), three[2].clone()]),
+        "part 2 of 3 is missing"
+    );
+    assert_eq!(
+        refused([&three[..], &three[1..2]].concat()),
+        "part 2/3 is given more than once"
+    );
+    let other = Settings {
+        scale: 8.0,
+        ..settings.clone()
+    };
+    let other = parts(&map, &other, 3);
+    assert!(
+        refused(vec![three[0].clone(), other[1].clone()])
+            .starts_with("part 2/3 was made with other settings")
+    );
+    let mut elsewhere = three.clone();
+    elsewhere[1].map_crc ^= 1;
+    assert!(refused(elsewhere).starts_with("part 2/3 was made from a map with CRC"));
+    let mut swapped = three;
+    swapped[0].fold = swapped[1].fold.clone();
+    assert!(refused(swapped).starts_with("part 1/3 holds 28 views of 400 pixels, expected 27"));
+}
+
+#[test]
+fn damaged_parts_are_refused() {
+    let part = parts(&Map::city(), &Settings::default(), 8).remove(0);
+    let bytes = part.emit();
+    assert_eq!(Part::parse(&bytes), Ok(part));
+    assert_eq!(Part::parse(b"EIGPART"), Err(PartError::Magic));
+    for end in (0..bytes.len()).step_by(97) {
+        assert!(Part::parse(&bytes[..end]).is_err(), "cut at {end}");
+    }
+    for index in (0..bytes.len()).step_by(89) {
+        let mut changed = bytes.clone();
+        changed[index] ^= 0x10;
+        assert!(Part::parse(&changed).is_err(), "changed at {index}");
+    }
+}
+
+#[test]
+fn the_command_line_trains_in_parts() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let name = |file: &str| {
+        directory
+            .path()
+            .join(file)
+            .to_str()
+            .expect("utf-8")
+            .to_owned()
+    };
+    let done = |arguments: &[&str]| {
+        let output = run(arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{arguments:?}: {stderr}");
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).expect("JSON")
+    };
+    let city = ["--map", "builtin:city", "--json"];
+    let [one, two, merged, whole] = ["1", "2", "merged", "whole"].map(name);
+    let folded = done(&[&["train"], &city[..], &["--shard", "1/2", "--out", &one]].concat());
+    assert_eq!(
+        (&folded["shard"], &folded["views"]),
+        (&"1/2".into(), &41.into())
+    );
+    done(&[&["train"], &city[..], &["--shard", "2/2", "--out", &two]].concat());
+    let merged_summary = done(&[&["merge"], &city[..], &["--out", &merged, &two, &one]].concat());
+    let whole_summary = done(&[&["train"], &city[..], &["--out", &whole]].concat());
+    // Few views are kept as they are, so nothing is summed in another order.
+    assert_eq!(merged_summary, whole_summary);
+    assert_eq!(
+        fs::read(&merged).expect("written"),
+        fs::read(&whole).expect("written")
+    );
+
+    let refused = run(&[
+        "merge",
+        "--map",
+        "builtin:city",
+        "--out",
+        &name("none"),
+        &one,
+    ]);
+    let stderr = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(2));
+    assert_eq!(stderr, "error: builtin:city: part 2 of 2 is missing\n");
+    let refused = run(&[
+        "merge",
+        "--map",
+        "builtin:city",
+        "--out",
+        &name("none"),
+        &whole,
+    ]);
+    let stderr = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(stderr.contains("whole: no part of a training"), "{stderr}");
+    assert!(!directory.path().join("none").exists());
+}
