@@ -1,8 +1,8 @@
 //! Gradients of a plane between view pixels.
 //!
 //! Scharr's operator (H. Scharr, Optimale Operatoren in der digitalen Bildverarbeitung, 2000): a central difference in
-//! one direction, (3, 10, 3)/16 in the other, which finds the same magnitude whatever the direction of an edge, to
-//! about a hundredth; Sobel's (1, 2, 1)/4 errs several times as much. Units are levels per view pixel.
+//! one direction, (3, 10, 3)/16 in the other, so that the magnitude depends less on the direction of an edge than with
+//! Sobel's (1, 2, 1)/4. Units are levels per view pixel.
 
 use super::plane::{Plane, spread};
 

@@ -8,6 +8,8 @@
 //!
 //! **Limits.** The response grows with the fourth power of contrast: strong corners outweigh many weak ones.
 
+use rayon::prelude::*;
+
 use super::{
     gradient::Gradient,
     plane::{Plane, spread},
@@ -19,21 +21,29 @@ const KAPPA: f32 = 0.05;
 /// Sigma of the tensor's Gaussian, in view pixels.
 const SIGMA: f64 = 1.0;
 
+/// Pixels that a thread takes at once, at least.
+const MIN_LEN: usize = 4096;
+
 /// Corner strengths, at least 0.
 pub(super) fn response(seen: &Plane, pitch: usize) -> Plane {
-    let Gradient { across, down } = Gradient::of(seen, pitch);
+    let tensor = products(&Gradient::of(seen, pitch));
     let gaussian = spread(&gaussian(), pitch);
-    let around = |plane: Plane| plane.filtered(&gaussian, &gaussian);
-    let mixed = around(across.combined(&down, |a, b| a * b));
-    let across = around(across.combined(&across, |a, b| a * b));
-    let down = around(down.combined(&down, |a, b| a * b));
-    let trace = across.combined(&down, |a, b| a + b);
-    let product = across.combined(&down, |a, b| a * b);
-    product
-        .combined(&mixed, |product, mixed| product - mixed * mixed)
-        .combined(&trace, |determinant, trace| {
-            (determinant - KAPPA * trace * trace).max(0.0)
+    let [across, down, mixed] = tensor.map(|product| product.filtered(&gaussian, &gaussian));
+    let strengths = (across.values(), down.values(), mixed.values())
+        .into_par_iter()
+        .with_min_len(MIN_LEN)
+        .map(|(&across, &down, &mixed)| {
+            let trace = across + down;
+            (across * down - mixed * mixed - KAPPA * trace * trace).max(0.0)
         })
+        .collect();
+    seen.with_values(strengths)
+}
+
+/// Elements of the tensor of every pixel alone: across², down², and across times down.
+fn products(Gradient { across, down }: &Gradient) -> [Plane; 3] {
+    [(across, across), (down, down), (across, down)]
+        .map(|(one, other)| one.combined(other, |a, b| a * b))
 }
 
 /// Weights at −3σ to 3σ; they add up to one.

@@ -15,8 +15,9 @@
 //! the report complains (5.1) of remarkable features at the border of views, from where a small deviation moves them
 //! out of sight. An integral image gives it in four reads.
 //!
-//! **Cost.** A map of 1600×1200 at scale 10 takes 0.02 to 0.1 s of one core for each operator; memory is at most five
-//! f32 and one f64 per map pixel.
+//! **Cost.** A map of 1600×1200 takes 0.04 to 0.14 s on two cores, whatever the operator and the scale (1 to 15);
+//! preselecting among 22,176 candidates takes 0.18 s. Memory is at most six f32 per map pixel while filtering, then
+//! one f32 and one f64.
 //!
 //! **Limits.** Neighbors share their features, so what is kept comes in clusters: choose with spacing among it. What
 //! is remarkable in itself may still occur twice; whether it does is for the ranking to say.

@@ -10,8 +10,11 @@
 //! that no selection comes twice and exchanges end; [`ROUNDS`] bounds them all the same. At last the selection is
 //! put in farthest-first order, so that every beginning of it is a good selection.
 //!
-//! **Cost.** n·l·(k + 1) operations per swap. For [`Objective::Smallest`] a candidate is given up as soon as two
-//! landmarks are nearer to it than the smallest distance there is, which is early for most.
+//! Most candidates are out of the question: one that two landmarks exclude by spacing, or, for
+//! [`Objective::Smallest`], one that is nearer to two landmarks than the smallest distance there is. As that never
+//! shrinks, such a candidate stays out as long as both landmarks stay, and is not looked at until then.
+//!
+//! **Cost.** n·l·(k + 1) operations per swap, n for the candidates that are out of the question.
 //!
 //! **Limits.** No single exchange improves the result; two at once might.
 
@@ -22,7 +25,7 @@ use rayon::prelude::*;
 
 use super::{super::Eligible, Space, farthest::farthest_first};
 
-/// Exchanges at most. Selections of 50 need some dozen.
+/// Exchanges at most: selections of 50 among 100,000 came nowhere near it.
 const ROUNDS: usize = 1000;
 
 /// What counts as larger, relatively: more than the rounding of a sum over a table of landmarks.
@@ -45,6 +48,13 @@ pub enum Objective {
 struct Reliability {
     smallest: f64,
     sum: f64,
+}
+
+/// A candidate that may enter.
+struct Outsider {
+    number: u32,
+    /// Two landmarks that keep it out unless one of them leaves: no single swap can let it in.
+    kept_out_by: Option<[u32; 2]>,
 }
 
 /// The landmark at index `leaving` of a selection makes way for `entering`.
@@ -81,8 +91,13 @@ pub fn exchange(
     if selected.len() < 2 {
         return selected;
     }
+    let outsider = |&number: &u32| Outsider {
+        number,
+        kept_out_by: None,
+    };
+    let mut outsiders: Vec<Outsider> = eligible.candidates().iter().map(outsider).collect();
     for _ in 0..ROUNDS {
-        let Some(swap) = best_swap(&space, eligible, &selected, objective) else {
+        let Some(swap) = best_swap(&space, eligible, &selected, &mut outsiders, objective) else {
             break;
         };
         selected[swap.leaving] = swap.entering;
@@ -97,18 +112,24 @@ fn best_swap(
     space: &Space,
     eligible: &Eligible,
     selected: &[u32],
+    outsiders: &mut [Outsider],
     objective: Objective,
 ) -> Option<Swap> {
     let neighbors = Neighbors::of(space, selected);
     let now = neighbors.reliability();
-    eligible
-        .candidates()
-        .par_iter()
+    let is_selected = |number: u32| selected.binary_search(&number).is_ok();
+    outsiders
+        .par_iter_mut()
         .with_min_len(CHUNK)
-        .filter(|candidate| selected.binary_search(candidate).is_err())
-        .filter_map(|&candidate| {
-            let swap = neighbors.best_for(space, eligible, candidate, objective, now)?;
-            swap.makes.is_better(now, objective).then_some(swap)
+        .filter(|outsider| {
+            let stays_out = |pair: [u32; 2]| pair.into_iter().all(is_selected);
+            !is_selected(outsider.number) && !outsider.kept_out_by.is_some_and(stays_out)
+        })
+        .filter_map(|outsider| {
+            let swap = neighbors.best_for(space, eligible, outsider.number, objective, now);
+            outsider.kept_out_by = swap.err();
+            swap.ok()
+                .filter(|swap| swap.makes.is_better(now, objective))
         })
         .max_by(|a, b| {
             let by_value = a.makes.compare(b.makes, objective);
@@ -165,7 +186,10 @@ impl<'a> Neighbors<'a> {
         }
     }
 
-    /// The best swap that lets `entering` in, whether or not it improves anything; `None` when none can.
+    /// The best swap that lets `entering` in, whether or not it improves anything.
+    ///
+    /// # Errors
+    /// Two landmarks that would both have to leave.
     fn best_for(
         &self,
         space: &Space,
@@ -173,15 +197,12 @@ impl<'a> Neighbors<'a> {
         entering: u32,
         objective: Objective,
         now: Reliability,
-    ) -> Option<Swap> {
-        let mut excluding = self
-            .selected
-            .iter()
-            .enumerate()
-            .filter(|&(_, &landmark)| !eligible.admits_both(landmark, entering));
-        let only_leaving = excluding.next().map(|(index, _)| index);
-        if excluding.next().is_some() {
-            return None;
+    ) -> Result<Swap, [u32; 2]> {
+        let mut excluding = (0..self.selected.len())
+            .filter(|&index| !eligible.admits_both(self.selected[index], entering));
+        let only_leaving = excluding.next();
+        if let (Some(one), Some(other)) = (only_leaving, excluding.next()) {
+            return Err([one, other].map(|index| self.selected[index]));
         }
         let distances = self.distances(space, entering, objective, now)?;
         let (mut index, mut first, mut second) = (0, f64::INFINITY, f64::INFINITY);
@@ -213,33 +234,38 @@ impl<'a> Neighbors<'a> {
             }
         };
         match only_leaving {
-            Some(leaving) => Some(swap(leaving)),
-            None => (0..distances.len()).map(swap).max_by(|a, b| {
-                let by_value = a.makes.compare(b.makes, objective);
-                by_value.then(b.leaving.cmp(&a.leaving))
-            }),
+            Some(leaving) => Ok(swap(leaving)),
+            // Of equals the first.
+            None => Ok((1..distances.len()).map(swap).fold(swap(0), |best, swap| {
+                match swap.makes.compare(best.makes, objective) {
+                    Ordering::Greater => swap,
+                    _ => best,
+                }
+            })),
         }
     }
 
-    /// Distances of `entering` to the landmarks; `None` when it is too near to two of them to be of use.
+    /// Distances of `entering` to the landmarks, unless it is too near to two of them to be of use.
     fn distances(
         &self,
         space: &Space,
         entering: u32,
         objective: Objective,
         now: Reliability,
-    ) -> Option<Vec<f64>> {
-        let mut near = 0;
+    ) -> Result<Vec<f64>, [u32; 2]> {
+        let mut near = None;
         let mut distances = Vec::with_capacity(self.selected.len());
         for &landmark in self.selected {
             let distance = space.distance(entering, landmark);
-            near += u32::from(distance < now.smallest);
-            if near == 2 && objective == Objective::Smallest {
-                return None;
+            if objective == Objective::Smallest && distance < now.smallest {
+                if let Some(other) = near {
+                    return Err([other, landmark]);
+                }
+                near = Some(landmark);
             }
             distances.push(distance);
         }
-        Some(distances)
+        Ok(distances)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Selection for reliability: landmarks whose radii are as large as they can be.
 //!
 //! A landmark is certain as far as its radius reaches, ε_i = ½·min_{j≠i} d(g_i, g_j) (report (2.38), reconstructed; see
-//! [`radii`](crate::atlas::radii)), so that one near twin is enough to spoil it. The profile (report 2.3.2) averages over
-//! all candidates instead and may well select both twins. Here the radii themselves are the aim.
+//! [`radii`](crate::atlas::radii)), so that one near twin is enough to spoil it. The profile (report 2.3.2) averages
+//! over all candidates instead and may well select both twins. Here the radii themselves are the aim.
 //!
 //! **Notation.** d is [`metric_distance`](super::metric_distance): √nSSD, the Euclidean distance, or the angle. n
 //! candidates of k dimensions, l landmarks. Candidates are numbered from 1. "Nearest" is the distance of a landmark
@@ -13,7 +13,10 @@
 //! at least half of the best possible, because d keeps the triangle inequality. [`exchange`] then swaps landmarks for
 //! better ones until no swap helps. [`most_reliable`] does both.
 //!
-//! **Cost.** n·k·l operations for all farthest points, and as many for each swap; memory is 16 bytes per candidate.
+//! **Cost.** n·k·l operations for all farthest points, and up to as many for each swap; some dozen bytes per
+//! candidate. 50 landmarks among 100,000 candidates of 15 dimensions, on two cores: 0.1 to 0.4 s (nSSD, Euclid) or
+//! 0.8 s (cosine) for farthest points, 0.5 to 1.3 s to raise the smallest radius (by 1 to 9 % on normal clouds), and 4
+//! to 18 s to raise the mean.
 //!
 //! **Limits.** The best selection is NP-hard to find; exchanges end where no single one helps. Extreme views are
 //! selected, and those may be odd ones: preselect with [`preselect`](super::preselect) where this matters.
