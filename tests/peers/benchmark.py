@@ -22,8 +22,9 @@ import numpy as np
 ROUNDS = 3
 REPETITIONS = 3
 
-# Results may differ by rounding.
-TOLERANCE = 1e-6
+# Eigenvalues may differ by this much, relative to the largest: rounding of single precision; and what scikit-learn leaves
+# to chance where it takes a random sketch.
+TOLERANCE = {"exact": 1e-5, "randomized": 0.02}
 
 # Rows of a block of pairs: 1000 x 100,000 doubles are 800 MB.
 PAIRS = 1000
@@ -41,6 +42,7 @@ def pca(path, dtype):
         model = PCA(15, random_state=0)
         model.fit_transform(vectors)
         count = len(vectors)
+        learn.kind = "randomized" if model._fit_svd_solver == "randomized" else "exact"
         return (model.explained_variance_ * (count - 1) / count).tolist()
 
     return learn
@@ -105,7 +107,8 @@ def peer(what, path, *more):
         result = compute()
         seconds.append(time.perf_counter() - begin)
     peak_mib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(json.dumps({"seconds": min(seconds), "peak_mib": peak_mib, "result": result}))
+    kind = getattr(compute, "kind", "exact")
+    print(json.dumps({"seconds": min(seconds), "peak_mib": peak_mib, "result": result, "kind": kind}))
 
 
 # -- taking turns -------------------------------------------------------------------------------------------------
@@ -129,10 +132,11 @@ def measure(ours, theirs, rounds):
     return best
 
 
-def is_same(ours, theirs):
+def is_same(ours, theirs, kind):
+    """Rankings are equal; eigenvalues are as near as their kind allows."""
     if isinstance(ours[0], int):
         return ours == theirs
-    return np.allclose(ours, theirs, rtol=TOLERANCE * 100, atol=TOLERANCE * ours[0])
+    return np.abs(np.subtract(ours, theirs)).max() <= TOLERANCE[kind] * ours[0]
 
 
 def main():
@@ -167,26 +171,24 @@ def main():
             their = [*this, what, path, repetitions, *more]
             our, their = measure(our, their, rounds)
             ratio = our["seconds"] / their["seconds"]
-            same = is_same(our["result"], their["result"])
-            is_met = is_quick or ratio <= limit
+            same = is_same(our["result"], their["result"], their["kind"])
+            is_met = is_quick or ratio <= limit  # of a few hundred vectors, and without optimization, time says nothing
             failures += not (same and is_met)
             shape = "{0} x {1}".format(*np.load(path, mmap_mode="r").shape)
             verdict = "ok" if same and is_met else "DIFFERENT RESULTS" if not same else "TOO SLOW"
             row = (name, shape, our["seconds"], their["seconds"], ratio, limit, our["peak_mib"], their["peak_mib"])
             rows.append(row)
-            print(f"{name:44} {shape:14} {row[2]:9.4f} s {row[3]:9.4f} s  ratio {ratio:.4f} (limit {limit})  "
+            print(f"{name:40} {shape:14} {row[2]:9.4f} s {row[3]:9.4f} s  ratio {ratio:.4f} (limit {limit})  "
                   f"{row[6]:6.0f} MiB {row[7]:6.0f} MiB  {verdict}", flush=True)
 
         for path in (report, fine, many):
-            compare("PCA, k = 15; scikit-learn in single precision", 1.0, ("pca", path), ("pca-f32", path))
-            compare("PCA, k = 15; scikit-learn in double precision", 1.0, ("pca", path), ("pca-f64", path))
-        compare("profile ranking, nSSD; NumPy, pairs in blocks", 0.005, ("profile", coordinates),
+            compare("PCA, k = 15; scikit-learn, f32", 1.0, ("pca", path), ("pca-f32", path))
+            compare("PCA, k = 15; scikit-learn, f64", 1.0, ("pca", path), ("pca-f64", path))
+        compare("profile, nSSD; NumPy, pairs in blocks", 0.005, ("profile", coordinates),
                 ("profile", coordinates), 1, 1)
         landmarks = 10 if is_quick else 50
-        compare("IPCA ranking, 50 landmarks; NumPy, literal", 0.02, ("ipca", some, landmarks),
+        compare(f"IPCA, {landmarks} landmarks; NumPy, literal", 0.02, ("ipca", some, landmarks),
                 ("ipca", some, landmarks), rounds, 1)
-        compare("IPCA ranking, 50 landmarks; our literal route", 0.02, ("ipca", some, landmarks),
-                ("ipca", some, landmarks), 1, 1) if False else None
 
     if table:
         write(table[0], rows, map_path)

@@ -116,10 +116,11 @@ impl Model {
 
     fn new(decomposed: Decomposed, count: usize, route: Route) -> Self {
         let (pixels, dimensions) = decomposed.vectors.shape();
+        // Products of few vectors give eigenvectors that are orthogonal only as far as their eigenvalues are exact.
+        let orthonormal = decomposed.vectors.qr().compute_thin_Q();
         let mut basis: Vec<f64> = (0..dimensions)
-            .flat_map(|r| decomposed.vectors.col(r).iter().copied())
+            .flat_map(|r| orthonormal.col(r).iter().copied())
             .collect();
-        orthonormalize(&mut basis, pixels);
         basis.chunks_exact_mut(pixels).for_each(fix_sign);
         let n = count as f64;
         Self {
@@ -223,27 +224,6 @@ impl Model {
         }
         whitened
     }
-}
-
-/// Gram-Schmidt on rows, twice: the second pass removes what rounding left in the first.
-fn orthonormalize(rows: &mut [f64], len: usize) {
-    for r in 0..rows.len() / len {
-        let (before, rest) = rows.split_at_mut(r * len);
-        let row = &mut rest[..len];
-        normalize(row);
-        for _ in 0..2 {
-            for earlier in before.chunks_exact(len) {
-                let dot: f64 = earlier.iter().zip(row.iter()).map(|(a, b)| a * b).sum();
-                row.iter_mut().zip(earlier).for_each(|(x, e)| *x -= dot * e);
-            }
-            normalize(row);
-        }
-    }
-}
-
-fn normalize(row: &mut [f64]) {
-    let norm = row.iter().map(|x| x * x).sum::<f64>().sqrt();
-    row.iter_mut().for_each(|x| *x /= norm);
 }
 
 /// Makes the entry of largest magnitude positive; of equals the first decides.
