@@ -42,9 +42,12 @@ pub const ZERO: f64 = 1.0 / 1_048_576.0;
 
 /// Residuals that differ by no more than this share of the largest distance to the first landmark are equal.
 ///
-/// The routes' own rounding is of the order of 10⁻¹⁵ times the number of landmarks; two of 100,000 candidates that only
-/// happen to be similar differ by some 10⁻⁶.
+/// The routes differ by less than 10⁻¹⁵ of it (measured in their tests); candidates that only happen to be similar differ
+/// by far more than both.
 pub const TIE: f64 = 1e-11;
+
+// Ties are far above rounding, and far below zero.
+const _: () = assert!(TIE > 1000.0 * f64::EPSILON && TIE * 1000.0 < ZERO);
 
 /// When a ranking ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
