@@ -432,8 +432,8 @@ mod tests {
     use super::*;
     use crate::simulate::seeded;
 
-    /// Against batch PCA, as a share of the largest eigenvalue or deviation: measured at most 6·10⁻¹³. Of |TᵀT − I| after
-    /// a thousand updates: measured 5·10⁻¹².
+    /// Against batch PCA, as a share of the largest eigenvalue or deviation: measured at most 6·10⁻¹³. Of |TᵀT − I|
+    /// after a thousand updates: measured 5·10⁻¹².
     const TOLERANCE: f64 = 1e-10;
 
     /// Batch PCA by the covariance matrix: eigenvalues and eigenvectors (rows), descending, up to `rank`.

@@ -19,8 +19,8 @@ impl Hull {
         }
     }
 
-    /// Of the vectors in `members` (rows of `pixels` numbers) and the origin. Returns also the residual of each to those
-    /// before it, and leaves out those that are at most `zero`.
+    /// Of the vectors in `members` (rows of `pixels` numbers) and the origin. Returns also the residual of each to
+    /// those before it, and leaves out those that are at most `zero`.
     pub fn of(members: &[f64], pixels: usize, zero: f64) -> (Self, Vec<f64>) {
         let mut hull = Self::new(pixels);
         let mut residuals = Vec::with_capacity(members.len() / pixels);

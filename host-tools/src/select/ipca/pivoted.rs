@@ -12,9 +12,9 @@
 //! view itself (twice), before one is chosen.
 //!
 //! **Cost.** One pass over all views, m·(1 + directions of the start list) multiply-adds each; then m·(directions not
-//! seen yet) for each time that a candidate is brought up to date, and its view is read again for it: 3 to 5 times a view
-//! in all, for 50 landmarks. Memory is 56 bytes per candidate. Rejected: a heap of candidates, which took as long as the
-//! arithmetic.
+//! seen yet) for each time that a candidate is brought up to date, and its view is read again for it: 3 to 5 times a
+//! view in all, for 50 landmarks. Memory is 56 bytes per candidate. Rejected: a heap of candidates, which took as long
+//! as the arithmetic.
 //!
 //! **Limits.** None beyond the module's: the result does not depend on the number of threads.
 
