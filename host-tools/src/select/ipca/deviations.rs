@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::hull::Hull;
 use crate::learn::Rows;
 
 /// Rows that one thread reads at once: they stay in its cache up to some 1,000 pixels.
@@ -15,6 +16,22 @@ pub struct Deviations<'a, R> {
     rows: &'a R,
     /// x_s0.
     origin: Vec<f32>,
+}
+
+/// What a first look says about a view.
+#[derive(Clone, Copy)]
+pub struct Surveyed {
+    /// ‖x − x_s0‖².
+    pub energy: f64,
+    /// The same, less what lies along the directions of a hull.
+    pub squared: f64,
+}
+
+/// Memory for a block of views.
+#[derive(Default)]
+pub struct Block {
+    views: Vec<f32>,
+    deviations: Vec<f64>,
 }
 
 impl<'a, R: Rows> Deviations<'a, R> {
@@ -32,56 +49,72 @@ impl<'a, R: Rows> Deviations<'a, R> {
 
     /// x − x_s0 of these candidates, one row of m each.
     pub fn read(&self, candidates: &[u32]) -> Vec<f64> {
-        let views = self.views(candidates);
-        let origin = self.origin.iter().cycle();
-        views
-            .iter()
-            .zip(origin)
-            .map(|(&x, &origin)| f64::from(x) - f64::from(origin))
-            .collect()
+        let mut block = Block::default();
+        self.read_into(candidates, &mut block);
+        block.deviations
     }
 
-    /// ‖x − x_s0‖² of these candidates.
-    pub fn energies(&self, candidates: &[u32]) -> Vec<f64> {
+    /// The same, in memory that is used again.
+    pub fn read_into<'b>(&self, candidates: &[u32], block: &'b mut Block) -> &'b mut [f64] {
+        let m = self.pixels();
+        block.deviations.resize(candidates.len() * m, 0.0);
+        let mut rows = block.deviations.chunks_exact_mut(m);
+        self.for_each_run(candidates, &mut block.views, |views| {
+            for (view, row) in views.chunks_exact(m).zip(&mut rows) {
+                for ((deviation, &x), &origin) in row.iter_mut().zip(view).zip(&self.origin) {
+                    *deviation = f64::from(x) - f64::from(origin);
+                }
+            }
+        });
+        &mut block.deviations
+    }
+
+    /// Reads each of these candidates once.
+    pub fn survey(&self, candidates: &[u32], hull: &Hull) -> Vec<Surveyed> {
         candidates
             .par_chunks(BLOCK)
-            .flat_map_iter(|block| {
-                let views = self.views(block);
-                let energies = views
-                    .chunks_exact(self.pixels())
-                    .map(|view| self.energy(view));
-                energies.collect::<Vec<f64>>()
+            .map_init(Block::default, |block, candidates| {
+                let deviations = self.read_into(candidates, block);
+                let parts = hull.parts(deviations, 0);
+                let rows = deviations.chunks_exact(self.pixels()).enumerate();
+                let surveyed = rows.map(|(i, row)| {
+                    let energy = energy(row);
+                    let removed: f64 = parts.row(i).iter().map(|part| part * part).sum();
+                    let squared = energy - removed;
+                    Surveyed { energy, squared }
+                });
+                surveyed.collect::<Vec<Surveyed>>()
             })
+            .flatten_iter()
             .collect()
     }
 
-    /// The candidates' views; neighbors are read together.
-    fn views(&self, candidates: &[u32]) -> Vec<f32> {
-        let m = self.pixels();
-        let mut views = vec![0.0; candidates.len() * m];
-        let mut rest = views.as_mut_slice();
+    /// Reads the candidates' views, neighbors together; `buffer` is used again.
+    fn for_each_run(
+        &self,
+        candidates: &[u32],
+        buffer: &mut Vec<f32>,
+        mut each: impl FnMut(&[f32]),
+    ) {
         for run in candidates.chunk_by(|a, b| a + 1 == *b) {
-            let (out, after) = rest.split_at_mut(run.len() * m);
-            self.rows.read(run[0] as usize - 1, out);
-            rest = after;
+            buffer.resize(run.len() * self.pixels(), 0.0);
+            self.rows.read(run[0] as usize - 1, buffer);
+            each(buffer);
         }
-        views
     }
+}
 
-    fn energy(&self, view: &[f32]) -> f64 {
-        let mut sums = [0.0; LANES];
-        let (whole, rest) = view.as_chunks::<LANES>();
-        let (origins, rest_of_origin) = self.origin.as_chunks::<LANES>();
-        for (view, origin) in whole.iter().zip(origins) {
-            for ((sum, &x), &origin) in sums.iter_mut().zip(view).zip(origin) {
-                let deviation = f64::from(x) - f64::from(origin);
-                *sum += deviation * deviation;
-            }
+/// ‖y‖², in an order of its own.
+fn energy(deviation: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    let (whole, rest) = deviation.as_chunks::<LANES>();
+    for values in whole {
+        for (sum, value) in sums.iter_mut().zip(values) {
+            *sum += value * value;
         }
-        for ((sum, &x), &origin) in sums.iter_mut().zip(rest).zip(rest_of_origin) {
-            let deviation = f64::from(x) - f64::from(origin);
-            *sum += deviation * deviation;
-        }
-        sums.iter().sum()
     }
+    for (sum, value) in sums.iter_mut().zip(rest) {
+        *sum += value * value;
+    }
+    sums.iter().sum()
 }

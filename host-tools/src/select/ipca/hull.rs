@@ -12,11 +12,27 @@ pub struct Hull {
 
 impl Hull {
     /// Of one landmark: no directions.
-    pub fn new(pixels: usize) -> Self {
+    fn new(pixels: usize) -> Self {
         Self {
             pixels,
             directions: Vec::new(),
         }
+    }
+
+    /// Of the vectors in `members` (rows of `pixels` numbers) and the origin. Returns also the residual of each to
+    /// those before it, and leaves out those that are at most `zero`.
+    pub fn of(members: &[f64], pixels: usize, zero: f64) -> (Self, Vec<f64>) {
+        let mut hull = Self::new(pixels);
+        let mut residuals = Vec::with_capacity(members.len() / pixels);
+        for member in members.chunks_exact(pixels) {
+            let mut reduced = member.to_vec();
+            let residual = hull.reduce(&mut reduced)[0];
+            residuals.push(residual);
+            if residual > zero {
+                hull.push(&reduced, residual);
+            }
+        }
+        (hull, residuals)
     }
 
     /// Directions so far, d.

@@ -7,7 +7,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::deviations::{BLOCK, Deviations};
+use super::deviations::{BLOCK, Block};
 use super::start::Started;
 use super::{IpcaError, IpcaRanking, Stop, Until};
 use crate::learn::{Growth, IncrementalPca, Rows};
@@ -49,10 +49,12 @@ pub fn rank_by_ipca_literally<R: Rows>(
         remaining.retain(|&candidate| eligible.admits(candidate, &ranking));
         let expressed: Vec<(u32, f64)> = remaining
             .par_chunks(BLOCK)
-            .flat_map_iter(|block| {
-                let residuals = residuals_of(&deviations, block, &eigenspace);
-                block.iter().copied().zip(residuals)
+            .map_init(Block::default, |block, candidates| {
+                let block = deviations.read_into(candidates, block);
+                let residuals = residuals_of(block, &eigenspace);
+                candidates.iter().copied().zip(residuals)
             })
+            .flatten_iter()
             .collect();
         let Some((next, residual)) = rules.next(&expressed) else {
             break Stop::Exhausted;
@@ -74,18 +76,10 @@ pub fn rank_by_ipca_literally<R: Rows>(
     })
 }
 
-/// ‖r‖ of a block of candidates, report (2.20) and (2.21).
-fn residuals_of<R: Rows>(
-    deviations: &Deviations<'_, R>,
-    candidates: &[u32],
-    eigenspace: &IncrementalPca,
-) -> Vec<f64> {
-    let (count, m, k) = (
-        candidates.len(),
-        deviations.pixels(),
-        eigenspace.dimensions(),
-    );
-    let mut block = deviations.read(candidates);
+/// ‖r‖ of a block of vectors, report (2.20) and (2.21); afterwards `block` has the residuals.
+fn residuals_of(block: &mut [f64], eigenspace: &IncrementalPca) -> Vec<f64> {
+    let (m, k) = (eigenspace.pixels(), eigenspace.dimensions());
+    let count = block.len() / m;
     for row in block.chunks_exact_mut(m) {
         for (x, mean) in row.iter_mut().zip(eigenspace.mean()) {
             *x -= mean;
@@ -97,13 +91,13 @@ fn residuals_of<R: Rows>(
         matmul(
             coefficients.as_mut(),
             Accum::Replace,
-            MatRef::from_row_major_slice(&block, count, m),
+            MatRef::from_row_major_slice(block, count, m),
             basis.transpose(),
             1.0,
             Par::Seq,
         );
         matmul(
-            MatMut::from_row_major_slice_mut(&mut block, count, m),
+            MatMut::from_row_major_slice_mut(block, count, m),
             Accum::Add,
             coefficients.as_ref(),
             basis,

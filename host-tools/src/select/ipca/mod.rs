@@ -6,15 +6,16 @@
 //! **Notation.** x_i candidates of m pixels, S the landmarks, x_s0 the first of them, r residuals (report (2.21)).
 //! Candidates are numbered from 1; row i of the views is candidate i + 1.
 //!
-//! **Method.** Algorithm 2.4, corrected, by two routes that give the same ranking: [`rank_by_ipca_literally`] updates an
-//! eigenspace and projects every candidate into it, as printed; [`rank_by_ipca`] updates nothing. Nothing is truncated,
-//! so the residual to the eigenspace of S is the distance to the affine hull of S: what Gram-Schmidt leaves of
-//! x − x_s0. Deviations, in both routes:
+//! **Method.** Algorithm 2.4, corrected, by two routes that give the same ranking: [`rank_by_ipca_literally`] updates
+//! an eigenspace and projects every candidate into it, as printed; [`rank_by_ipca`] updates nothing. Nothing is
+//! truncated, so the residual to the eigenspace of S is the distance to the affine hull of S: what Gram-Schmidt leaves
+//! of x − x_s0. Deviations, in both routes:
 //! 1. x_s0 is subtracted from every view first. No residual depends on it, but rounding does.
 //! 2. A residual up to [`ZERO`] of the largest distance to x_s0 is zero; a start member with such a residual to those
-//!    before it is a landmark, but not in the eigenspace. When the largest residual is zero the ranking ends, instead of ranking what rounding has left.
-//! 3. Residuals that are within [`TIE`] of the largest distance to x_s0 are equal, and of equals the lowest number comes
-//!    first. So candidates that look alike have one order, whatever the rounding.
+//!    before it is a landmark, but not in the eigenspace. When the largest residual is zero the ranking ends, instead
+//!    of ranking what rounding has left.
+//! 3. Residuals that are within [`TIE`] of the largest distance to x_s0 are equal, and of equals the lowest number
+//!    comes first. So candidates that look alike have one order, whatever the rounding.
 //!
 //! **Cost.** See the two routes.
 //!
@@ -42,9 +43,12 @@ pub const ZERO: f64 = 1.0 / 1_048_576.0;
 
 /// Residuals that differ by no more than this share of the largest distance to the first landmark are equal.
 ///
-/// The routes' own rounding is of the order of 10⁻¹⁵ times the number of landmarks; two of 100,000 candidates that only
-/// happen to be similar differ by some 10⁻⁶.
+/// The routes differ by less than 10⁻¹⁵ of it (measured in their tests); candidates that only happen to be similar
+/// differ by far more than both.
 pub const TIE: f64 = 1e-11;
+
+// Ties are far above rounding, and far below zero.
+const _: () = assert!(TIE > 1000.0 * f64::EPSILON && TIE * 1000.0 < ZERO);
 
 /// When a ranking ends.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@
 
 use rand::seq::SliceRandom;
 
-use super::deviations::Deviations;
+use super::deviations::{Deviations, Surveyed};
 use super::hull::Hull;
 use super::{IpcaError, Rules, Until};
 use crate::learn::Rows;
@@ -35,8 +35,10 @@ pub fn random_start(eligible: &Eligible, size: usize, seed: u64) -> Result<Vec<u
 pub struct Started<'a, R> {
     /// All views, less the first landmark's.
     pub deviations: Deviations<'a, R>,
-    /// ‖x − x_s0‖² of every eligible candidate.
-    pub energies: Vec<f64>,
+    /// What is known of every eligible candidate.
+    pub surveyed: Vec<Surveyed>,
+    /// Directions that are in the survey, of all there are now.
+    pub seen: usize,
     /// The affine hull of the landmarks.
     pub hull: Hull,
     pub rules: Rules,
@@ -56,28 +58,38 @@ impl<'a, R: Rows> Started<'a, R> {
     ) -> Result<Self, IpcaError> {
         check(rows, eligible, start)?;
         let deviations = Deviations::new(rows, start[0]);
-        let energies = deviations.energies(eligible.candidates());
-        let mut checked = eligible.candidates().iter().zip(&energies);
-        if let Some((&candidate, _)) = checked.find(|(_, energy)| !energy.is_finite()) {
+        let ranking = start[..start.len().min(until.landmarks)].to_vec();
+        let members = deviations.read(&ranking);
+        // Views are read once for both their distances and the directions to remove. Which directions those are
+        // depends on the largest distance; the members' own is a guess.
+        let farthest = members
+            .chunks_exact(rows.pixels())
+            .map(|member| member.iter().map(|x| x * x).sum())
+            .fold(0.0, f64::max)
+            .sqrt();
+        let guess = Rules::new(until, farthest);
+        let (guessed, residuals) = Hull::of(&members, rows.pixels(), guess.zero);
+
+        let surveyed = deviations.survey(eligible.candidates(), &guessed);
+        let mut checked = eligible.candidates().iter().zip(&surveyed);
+        if let Some((&candidate, _)) = checked.find(|(_, candidate)| !candidate.energy.is_finite())
+        {
             return Err(IpcaError::NotFinite { candidate });
         }
-        let scale = energies.iter().copied().fold(0.0, f64::max).sqrt();
-        let rules = Rules::new(until, scale);
-
-        let ranking = start[..start.len().min(until.landmarks)].to_vec();
-        let mut hull = Hull::new(rows.pixels());
-        let mut residuals = Vec::with_capacity(until.landmarks.min(energies.len()));
-        for &member in &ranking {
-            let mut deviation = deviations.read(&[member]);
-            let residual = hull.reduce(&mut deviation)[0];
-            residuals.push(residual);
-            if residual > rules.zero {
-                hull.push(&deviation, residual);
-            }
-        }
+        let energies = surveyed.iter().map(|candidate| candidate.energy);
+        let rules = Rules::new(until, energies.fold(0.0, f64::max).sqrt());
+        let mut all = residuals.iter();
+        let (hull, residuals, seen) = if all.all(|&r| r <= guess.zero || r > rules.zero) {
+            let seen = guessed.dimensions();
+            (guessed, residuals, seen)
+        } else {
+            let (hull, residuals) = Hull::of(&members, rows.pixels(), rules.zero);
+            (hull, residuals, 0)
+        };
         Ok(Self {
             deviations,
-            energies,
+            surveyed,
+            seen,
             hull,
             rules,
             ranking,
