@@ -6,12 +6,14 @@
 //! interpolated in between ([`super::chebyshev`], bounds included). At the node u = ln X a term is b·√X/(X + B): no
 //! logarithm, no exponential. Points that are zero are taken out: nSSD(0, b) = ½, and 0 when b is zero too.
 //!
-//! Only u is interpolated. Interpolating v as well, by moments Σ_b T_q(v_b)·b̂, has the same cost and a larger bound.
+//! Only u is interpolated. Interpolating v as well, by moments Σ_b T_q(v_b)·b̂, would multiply the bound by the Lebesgue
+//! constant and spare no product.
 //!
 //! **Rounding.** Values at a node: B by k, quotient, product and root by 5, sums over [`CHUNK`] points and over chunks.
 //! Positions: ln A by k and one rounding of its own. All in u, of values of at most ½ per point.
 //!
-//! **Cost.** 2·P·n·k multiply-adds by matrix products, and P·n quotients; P·k numbers per [`CHUNK`] points.
+//! **Cost.** 2·P·n·k multiply-adds by matrix products, and P·n quotients; P·k numbers per [`CHUNK`] points, so never
+//! more than the points themselves, and n numbers a few times.
 //!
 //! **Limits.** More than [`MOST_NODES`] nodes are not worth it: where norms differ by more than a factor of 10¹⁸ or so.
 
