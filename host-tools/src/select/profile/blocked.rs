@@ -6,12 +6,12 @@
 //! cancels in AB − (a·b)², of which the literal route suffers too: pairs below [`NEARLY_PARALLEL`]·AB are compared
 //! again with the same bits.
 //!
-//! **Rounding.** A difference from products is off by (2k+7)·(A + B)·u, so by (2k+7)/CLOSE of itself, its root by half of
-//! that. nSSD = ½ − a·b/(A + B) needs no second look: it is off by (k+3)·u. The angle is off as the literal one is.
+//! **Rounding.** A difference from products is off by (2k+7)·(A + B)·u, so by (2k+7)/CLOSE of itself, its root by half
+//! of that. nSSD = ½ − a·b/(A + B) needs no second look: it is off by (k+3)·u. The angle is off as the literal one is.
 //!
-//! **Cost.** n²·k multiply-adds by matrix products and n² quotients, roots or arc tangents; [`ROWS`]·[`COLUMNS`] numbers
-//! per thread. Processor seconds for 20,000 points of 15 dimensions, against the literal route: nSSD 2.3 and 9.4,
-//! Euclidean distance 3.9 and 4.5.
+//! **Cost.** n²·k multiply-adds by matrix products and n² quotients, roots or arc tangents; [`ROWS`]·[`COLUMNS`]
+//! numbers per thread. Processor seconds for 20,000 points of 15 dimensions, against the literal route: nSSD 2.3 and
+//! 9.4, Euclidean distance 3.9 and 4.5.
 
 use faer::{Accum, MatMut, MatRef, Par, linalg::matmul::matmul};
 use rayon::prelude::*;
