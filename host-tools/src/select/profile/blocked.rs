@@ -2,7 +2,7 @@
 //!
 //! That difference cancels where points are close, so every pair with ‖a − b‖² below [`CLOSE`]·(A + B) is compared
 //! again, element by element, as the literal route does it. The mean of all points is taken from them first (it changes
-//! no difference), which leaves few such pairs: none but copies among random points of 15 dimensions. The angle
+//! no difference), which leaves few such pairs where points do not lie in a few tight clusters. The angle
 //! cancels in AB − (a·b)², of which the literal route suffers too: pairs below [`NEARLY_PARALLEL`]·AB are compared
 //! again with the same bits.
 //!
