@@ -95,8 +95,9 @@ fn squared_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
+/// The norms are added last, so that the bits are symmetrical too.
 fn normalized(a: &[f64], b: &[f64]) -> f64 {
-    let energy: f64 = a.iter().chain(b).map(|x| x * x).sum();
+    let energy = squared_norm(a) + squared_norm(b);
     if energy > 0.0 {
         squared_difference(a, b) / (2.0 * energy)
     } else {
@@ -106,13 +107,17 @@ fn normalized(a: &[f64], b: &[f64]) -> f64 {
 
 fn angle(a: &[f64], b: &[f64]) -> f64 {
     let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-    let norms = [a, b].map(|x| x.iter().map(|x| x * x).sum::<f64>());
-    if norms[0] * norms[1] > 0.0 {
-        let across = (norms[0] * norms[1] - dot * dot).max(0.0);
+    let norms = squared_norm(a) * squared_norm(b);
+    if norms > 0.0 {
+        let across = (norms - dot * dot).max(0.0);
         across.sqrt().atan2(dot)
     } else {
         std::f64::consts::FRAC_PI_2
     }
+}
+
+fn squared_norm(point: &[f64]) -> f64 {
+    point.iter().map(|x| x * x).sum()
 }
 
 #[cfg(test)]

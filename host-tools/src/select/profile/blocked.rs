@@ -2,15 +2,16 @@
 //!
 //! That difference cancels where points are close, so every pair with ‖a − b‖² below [`CLOSE`]·(A + B) is compared
 //! again, element by element, as the literal route does it. The mean of all points is taken from them first (it changes
-//! no difference), which leaves few such pairs: none but copies among random points of 15 dimensions. The angle
+//! no difference), which leaves few such pairs where points do not lie in a few tight clusters. The angle
 //! cancels in AB − (a·b)², of which the literal route suffers too: pairs below [`NEARLY_PARALLEL`]·AB are compared
 //! again with the same bits.
 //!
-//! **Rounding.** A difference from products is off by (2k+7)·(A + B)·u, so by (2k+7)/CLOSE of itself, its root by half of
-//! that. nSSD = ½ − a·b/(A + B) needs no second look: it is off by (k+3)·u. The angle is off as the literal one is.
+//! **Rounding.** A difference from products is off by (2k+7)·(A + B)·u, so by (2k+7)/CLOSE of itself, its root by half
+//! of that. nSSD = ½ − a·b/(A + B) needs no second look: it is off by (k+3)·u. The angle is off as the literal one is.
 //!
-//! **Cost.** n²·k multiply-adds by matrix products and n² quotients, roots or arc tangents; [`ROWS`]·[`COLUMNS`] numbers
-//! per thread.
+//! **Cost.** n²·k multiply-adds by matrix products and n² quotients, roots or arc tangents; [`ROWS`]·[`COLUMNS`]
+//! numbers per thread. Processor seconds for 20,000 points of 15 dimensions, against the literal route: nSSD 2.3 and
+//! 9.4, Euclidean distance 3.9 and 4.5.
 
 use faer::{Accum, MatMut, MatRef, Par, linalg::matmul::matmul};
 use rayon::prelude::*;
@@ -25,6 +26,9 @@ const ROWS: usize = 64;
 
 /// Others that a block of points is multiplied with at once: a product of 256 KiB stays in the second-level cache.
 const COLUMNS: usize = 512;
+
+/// Sums that go on at the same time.
+const LANES: usize = 8;
 
 /// Squared differences below this share of A + B are computed from the elements. Smaller ones would cost more digits,
 /// larger ones more time.
@@ -93,20 +97,19 @@ impl Products<'_> {
     fn sum(&self, one: usize, first: usize, dots: &[f64]) -> f64 {
         let norms = &self.norms[first..][..dots.len()];
         let own = self.norms[one];
-        let pairs = dots.iter().zip(norms);
         match self.dissimilarity {
             Dissimilarity::Ssd => self.differences(one, first, dots, |squared| squared),
             Dissimilarity::Euclid => self.differences(one, first, dots, f64::sqrt),
-            Dissimilarity::Nssd | Dissimilarity::NssdCentered => pairs
-                .map(|(dot, norm)| {
+            Dissimilarity::Nssd | Dissimilarity::NssdCentered => {
+                sum_of(dots, norms, |dot, norm| {
                     let energy = own + norm;
                     let value = 0.5 - dot / energy;
                     if energy > 0.0 { value.max(0.0) } else { 0.0 }
                 })
-                .sum(),
-            Dissimilarity::Angle => pairs
-                .enumerate()
-                .map(|(index, (dot, norm))| {
+            }
+            Dissimilarity::Angle => {
+                let pairs = dots.iter().zip(norms).enumerate();
+                let angles = pairs.map(|(index, (dot, norm))| {
                     let both = own * norm;
                     let across = both - dot * dot;
                     if across >= NEARLY_PARALLEL * both && both > 0.0 {
@@ -114,8 +117,9 @@ impl Products<'_> {
                     } else {
                         self.exactly(one, first + index)
                     }
-                })
-                .sum(),
+                });
+                angles.sum()
+            }
         }
     }
 
@@ -123,22 +127,21 @@ impl Products<'_> {
     fn differences(&self, one: usize, first: usize, dots: &[f64], of: impl Fn(f64) -> f64) -> f64 {
         let own = self.norms[one];
         let norms = &self.norms[first..][..dots.len()];
-        let cancels = |dot: f64, norm: f64| own + norm - 2.0 * dot < CLOSE * (own + norm);
-        let (mut sum, mut close) = (0.0, 0_usize);
-        for (dot, norm) in dots.iter().zip(norms) {
-            let cancels = cancels(*dot, *norm);
-            let squared = own + norm - 2.0 * dot;
-            sum += of(if cancels { 0.0 } else { squared });
-            close += usize::from(cancels);
-        }
-        if close > 0 {
-            for (index, (dot, norm)) in dots.iter().zip(norms).enumerate() {
-                if cancels(*dot, *norm) {
-                    sum += self.exactly(one, first + index);
-                }
-            }
-        }
-        sum
+        let squared = |dot: f64, norm: f64| own + norm - 2.0 * dot;
+        let cancels = |dot: f64, norm: f64| squared(dot, norm) < CLOSE * (own + norm);
+        let far = sum_of(dots, norms, |dot, norm| {
+            let squared = squared(dot, norm);
+            of(if cancels(dot, norm) {
+                0.0
+            } else {
+                squared.max(0.0)
+            })
+        });
+        let pairs = dots.iter().zip(norms).enumerate();
+        let close = pairs.filter(|&(_, (dot, norm))| cancels(*dot, *norm));
+        far + close
+            .map(|(index, _)| self.exactly(one, first + index))
+            .sum::<f64>()
     }
 
     fn exactly(&self, one: usize, other: usize) -> f64 {
@@ -160,12 +163,26 @@ impl Products<'_> {
         };
         // A tile is summed twice over where it has close pairs, then the tiles.
         let count = self.points.count();
-        let summing = (2 * COLUMNS.min(count) + count / COLUMNS + 4) as f64;
+        let summing = (2 * COLUMNS.min(count) + count / COLUMNS + LANES + 4) as f64;
         // n terms are divided by n − 1.
         let absolute = absolute * count as f64 / self.points.others();
         let own = HIGHER_ORDERS * ROUNDING * ((relative + summing) * value + absolute);
         own + literal::error(self.dissimilarity, self.points, value + own)
     }
+}
+
+/// Σ of `term` of pairs of numbers, in [`LANES`] sums that do not wait for each other.
+fn sum_of(dots: &[f64], norms: &[f64], term: impl Fn(f64, f64) -> f64) -> f64 {
+    let (dot_lanes, dot_rest) = dots.as_chunks::<LANES>();
+    let (norm_lanes, norm_rest) = norms.as_chunks::<LANES>();
+    let mut sums = [0.0; LANES];
+    for (dots, norms) in dot_lanes.iter().zip(norm_lanes) {
+        for lane in 0..LANES {
+            sums[lane] += term(dots[lane], norms[lane]);
+        }
+    }
+    let rest = dot_rest.iter().zip(norm_rest);
+    rest.map(|(dot, norm)| term(*dot, *norm)).sum::<f64>() + sums.iter().sum::<f64>()
 }
 
 #[cfg(test)]

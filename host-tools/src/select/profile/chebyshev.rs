@@ -1,12 +1,12 @@
 //! Interpolation of u ↦ ½·sech((u − v)/2), for any v, by a polynomial of as few nodes as a tolerance allows.
 //!
 //! **Method.** Chebyshev's polynomials T_q on an interval, its nodes the zeros of T_P. Mapped to [−1, 1], the kernel is
-//! analytic inside the ellipse whose half axes are (ρ ± 1/ρ)/2 as long as the ellipse stays in the strip |Im u| ≤ y < π,
-//! and there |½·sech(z/2)| ≤ M = ½/cos(y/2), because |cosh(x + iy)|² = sinh²x + cos²y. Then
-//! (Trefethen, Approximation Theory and Approximation Practice, theorems 8.1 and 8.2)
-//! the interpolant of degree d is off by at most 4·M·ρ^−d/(ρ − 1), and its q-th coefficient, aliases included, is at
-//! most 6·M·ρ^−q. y is chosen so that d is smallest. All of this is linear: it holds for any sum of such kernels with
-//! weights of at most 1, divided by their number.
+//! analytic inside the ellipse whose half axes are (ρ ± 1/ρ)/2 as long as the ellipse stays in the strip |Im u| ≤ y <
+//! π, and there |½·sech(z/2)| ≤ M = ½/cos(y/2), because |cosh(x + iy)|² = sinh²x + cos²y. Then (Trefethen,
+//! Approximation Theory and Approximation Practice, theorems 8.1 and 8.2) the interpolant of degree d is off by at most
+//! 4·M·ρ^−d/(ρ − 1), and its q-th coefficient, aliases included, is at most 6·M·ρ^−q. y is chosen so that d is
+//! smallest. All of this is linear: it holds for any sum of such kernels with weights of at most 1, divided by their
+//! number.
 //!
 //! **Rounding.** [`Interpolation::rounding`] counts it.
 
@@ -67,8 +67,8 @@ impl Interpolation {
         self.middle + self.half_width * self.cosine(2 * index + 1)
     }
 
-    /// The coefficients of T_0 … T_{P−1} from values at the nodes; `values` has one row of `width` numbers per node, and
-    /// so has what is returned per coefficient.
+    /// The coefficients of T_0 … T_{P−1} from values at the nodes; `values` has one row of `width` numbers per node,
+    /// and so has what is returned per coefficient.
     pub(super) fn coefficients(&self, values: &[f64], width: usize) -> Vec<f64> {
         let mut coefficients = vec![0.0; values.len()];
         for (degree, row) in coefficients.chunks_exact_mut(width).enumerate() {

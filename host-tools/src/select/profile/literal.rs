@@ -47,15 +47,16 @@ pub(super) fn error(dissimilarity: Dissimilarity, points: Points<'_>, value: f64
 
 /// How many u a computed ρ(a, b) of k dimensions can be off, relative to itself and absolutely.
 ///
-/// Differences, squares and their sum: k + 2 of ‖a − b‖². nSSD adds 2k of the sum of squares, and a quotient. The root
-/// halves. The angle is that of pairs at least [`NEARLY_PARALLEL`](super::blocked::NEARLY_PARALLEL) apart, sine ≥ 1/8:
-/// AB − (a·b)² is off by (4k+3)·AB, the sine by half of that over 1/8, the cosine by k, the arc tangent by 4.
+/// Differences, squares and their sum: k + 2 of ‖a − b‖². nSSD adds k + 1 of the norms and their sum, and a quotient.
+/// The root halves. The angle is that of pairs at least [`NEARLY_PARALLEL`](super::blocked::NEARLY_PARALLEL) apart,
+/// sine ≥ 1/8: AB − (a·b)² is off by (4k+3)·AB, the sine by half of that over 1/8, the cosine by k, the arc tangent by
+/// 4.
 fn term_error(dissimilarity: Dissimilarity, dimensions: usize) -> (f64, f64) {
     let k = dimensions as f64;
     match dissimilarity {
         Dissimilarity::Ssd => (k + 2.0, 0.0),
         Dissimilarity::Euclid => (k / 2.0 + 2.0, 0.0),
-        Dissimilarity::Nssd | Dissimilarity::NssdCentered => (3.0 * k + 3.0, 0.0),
+        Dissimilarity::Nssd | Dissimilarity::NssdCentered => (2.0 * k + 4.0, 0.0),
         Dissimilarity::Angle => (0.0, 17.0 * k + 20.0),
     }
 }

@@ -10,9 +10,9 @@
 //! **Method.** `literal` is algorithm 2.3; `blocked` compares every pair by matrix products; `closed_form` (SSD) and
 //! `smooth_kernel` (nSSD) need one sum over all points. [`Profile::rank`] sorts and decides.
 //!
-//! **Cost.** Literal n²·k steps; blocked as many, several times faster; fast n·k for SSD, 2·P·n·k for nSSD with P
-//! nodes, 28 where norms differ by a factor of 10, 70 for 10³, and about 300 for 10¹². A point that is decided
-//! literally costs n·k.
+//! **Cost.** Literal n²·k steps; blocked as many, a little to four times faster; fast n·k for SSD, 2·P·n·k for nSSD
+//! with P nodes: 32 where norms differ by a factor of 10, 82 for 10³, 162 for 10⁶, 327 for 10¹². A point that is
+//! decided literally costs n·k.
 //!
 //! **Limits.** Bounds hold for elements that are zero or between 1e-70 and 1e70 in size: sets with others are compared
 //! literally.
@@ -200,8 +200,8 @@ mod tests {
         Dissimilarity::Angle,
     ];
 
-    /// What a bound may be where norms differ by up to a million, of 1 or of the largest distance: three orders above the
-    /// rounding of sums of some hundred terms.
+    /// What a bound may be where norms differ by up to a million, of 1 or of the largest distance: three orders above
+    /// the rounding of sums of some hundred terms.
     const USUAL_BOUND: f64 = 1e-10;
 
     /// `count` points whose norms spread over `decades` powers of ten, with copies, zeros and near copies among them.

@@ -1,17 +1,19 @@
 //! The profile of nSSD without comparing pairs.
 //!
-//! **Method.** nSSD(a, b) = ½ − a·b/(A + B). With u = ln A, v = ln B and unit vectors â, b̂ that is
-//! ½ − â·b̂·½·sech((u − v)/2): the pair enters through a smooth function of u − v alone. So a·Σ_b b/(A + B) = â·F(u) with
-//! F(u) = Σ_b b̂·½·sech((u − v_b)/2), k functions of one number, which are computed at P nodes and
-//! interpolated in between ([`super::chebyshev`], bounds included). At the node u = ln X a term is b·√X/(X + B): no
-//! logarithm, no exponential. Points that are zero are taken out: nSSD(0, b) = ½, and 0 when b is zero too.
+//! **Method.** nSSD(a, b) = ½ − a·b/(A + B). With u = ln A, v = ln B and unit vectors â, b̂ that is ½ − â·b̂·½·sech((u
+//! − v)/2): the pair enters through a smooth function of u − v alone. So a·Σ_b b/(A + B) = â·F(u) with F(u) = Σ_b
+//! b̂·½·sech((u − v_b)/2), k functions of one number, which are computed at P nodes and interpolated in between
+//! ([`super::chebyshev`], bounds included). At the node u = ln X a term is b·√X/(X + B): no logarithm, no exponential.
+//! Points that are zero are taken out: nSSD(0, b) = ½, and 0 when b is zero too.
 //!
-//! Only u is interpolated. Interpolating v as well, by moments Σ_b T_q(v_b)·b̂, has the same cost and a larger bound.
+//! Only u is interpolated. Interpolating v as well, by moments Σ_b T_q(v_b)·b̂, would multiply the bound by the
+//! Lebesgue constant and spare no product.
 //!
 //! **Rounding.** Values at a node: B by k, quotient, product and root by 5, sums over [`CHUNK`] points and over chunks.
 //! Positions: ln A by k and one rounding of its own. All in u, of values of at most ½ per point.
 //!
-//! **Cost.** 2·P·n·k multiply-adds by matrix products, and P·n quotients; P·k numbers per [`CHUNK`] points.
+//! **Cost.** 2·P·n·k multiply-adds by matrix products, and P·n quotients; P·k numbers per [`CHUNK`] points, so never
+//! more than the points themselves, and n numbers a few times.
 //!
 //! **Limits.** More than [`MOST_NODES`] nodes are not worth it: where norms differ by more than a factor of 10¹⁸ or so.
 
