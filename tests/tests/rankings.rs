@@ -34,7 +34,7 @@ const STARTS: [[u32; 3]; 5] = [
 const LANDMARKS: usize = 8;
 
 /// Views of more pixels are ranked up to [`LANDMARKS`], others to the last: the literal algorithm takes long.
-const RANKED_WHOLE_UP_TO: usize = 400;
+const RANKED_WHOLE_UP_TO: usize = 100;
 
 /// How many rankings were compared.
 #[derive(Default)]

@@ -12,6 +12,9 @@ use crate::{
     map::Map,
 };
 
+/// How many times more candidates are ranked when spacing skipped too many.
+const RANKED_MORE: usize = 8;
+
 /// The selected candidates, and how they were ranked.
 #[derive(Clone, Debug)]
 pub struct Selected {
@@ -247,13 +250,16 @@ impl Chooser<'_> {
         let dissimilarity = self.dissimilarity(best);
         let route = route(dissimilarity, numbers.len(), best.is_literal);
         let profile = Profile::new(dissimilarity, &points, k, route);
-        let wanted = if best.spacing_px > 0.0 {
-            numbers.len()
-        } else {
-            count
-        };
-        let ranking = profile.rank(Order::MostDissimilar, wanted).among(numbers);
-        eligible.best_of(&ranking.candidates, count)
+        // Spacing skips some; deciding the order of all would cost more than ranking twice.
+        let mut wanted = count;
+        loop {
+            let ranking = profile.rank(Order::MostDissimilar, wanted).among(numbers);
+            let selected = eligible.best_of(&ranking.candidates, count);
+            if selected.len() == count || wanted >= numbers.len() {
+                return selected;
+            }
+            wanted = wanted.saturating_mul(RANKED_MORE);
+        }
     }
 
     /// The profile of all candidates.
