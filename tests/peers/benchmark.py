@@ -5,10 +5,13 @@ where that is cheap, then a few times more, and prints its best time, its peak m
 Results are compared before times are. Prints a line per row of the table and, with a third argument, writes them there
 as a Markdown table with their provenance. Exits 1 when results differ or a ratio is above its limit.
 
+At the end the whole command line trains an atlas from 100,541 views, by every ranking.
+
 usage: benchmark.py BENCH MAP [TABLE] [--quick]
 """
 
 import json
+import os
 import pathlib
 import platform
 import subprocess
@@ -22,12 +25,23 @@ import numpy as np
 ROUNDS = 3
 REPETITIONS = 3
 
-# Eigenvalues may differ by this much, relative to the largest: rounding of single precision; and what scikit-learn leaves
-# to chance where it takes a random sketch.
+# Eigenvalues may differ by this much, relative to the largest: rounding of single precision; and what scikit-learn
+# leaves to chance where it takes a random sketch.
 TOLERANCE = {"exact": 1e-5, "randomized": 0.02}
 
 # Rows of a block of pairs: 1000 x 100,000 doubles are 800 MB.
 PAIRS = 1000
+
+
+# Candidates for the many: about 100,000 views of 20 x 20 pixels on a map of 1600 x 1200.
+MANY = {"view_px": 120, "scale": 6, "stride_px": 4}
+
+# What training so many may take, with ranking and everything else.
+MAX_TRAINING_USER_S = 10
+MAX_TRAINING_MIB = 4096
+
+# How it ranks.
+RANKINGS = ["profile", "ipca", "reliable"]
 
 
 # -- what the peers do --------------------------------------------------------------------------------------------
@@ -150,16 +164,16 @@ def main():
     with tempfile.TemporaryDirectory() as directory:
         directory = pathlib.Path(directory)
 
-        def candidates(name, view_px, scale, stride_px, every):
+        def candidates(name, every, view_px, scale, stride_px):
             path = directory / f"{name}.npy"
             command = [bench, "candidates", map_path, view_px, scale, stride_px, every, path]
             run(command)
             return path
 
-        many = candidates("many", 120, 6, 4, 20 if is_quick else 1)
-        some = candidates("some", 120, 6, 4, 100 if is_quick else 5)
-        report = candidates("report", 200, 10, 0, 1)
-        fine = candidates("fine", 200, 4 if is_quick else 1, 0, 1)
+        many = candidates("many", 20 if is_quick else 1, **MANY)
+        some = candidates("some", 100 if is_quick else 5, **MANY)
+        report = candidates("report", 1, 200, 10, 0)
+        fine = candidates("fine", 1, 200, 4 if is_quick else 1, 0)
         coordinates = directory / "coordinates.npy"
         run([bench, "coordinates", many, coordinates])
 
@@ -190,12 +204,32 @@ def main():
         compare(f"IPCA, {landmarks} landmarks; NumPy, literal", 0.02, ("ipca", some, landmarks),
                 ("ipca", some, landmarks), rounds, 1)
 
+        trainings = []
+        for ranking in [] if is_quick else RANKINGS:
+            training = train(pathlib.Path(bench).with_name("eigenmark"), map_path, ranking, directory / "atlas")
+            is_met = training[0] <= MAX_TRAINING_USER_S and training[2] <= MAX_TRAINING_MIB
+            failures += not is_met
+            trainings.append((ranking, *training))
+            verdict = "ok" if is_met else "TOO MUCH"
+            print("train, {0}: {1:.1f} s user, {2:.1f} s, {3:.0f} MiB ".format(*trainings[-1]), verdict)
+
     if table:
-        write(table[0], rows, map_path)
+        write(table[0], rows, trainings, map_path)
     return 1 if failures else 0
 
 
-def write(path, rows, map_path):
+def train(binary, map_path, ranking, atlas):
+    """User time and wall time in seconds, and peak memory in MiB, of the whole command."""
+    command = [binary, "train", "--map", map_path, "--out", atlas, "--select", ranking]
+    command += ["--view-size", MANY["view_px"], "--scale", MANY["scale"], "--stride", MANY["stride_px"]]
+    begin = time.perf_counter()
+    process = subprocess.Popen([str(part) for part in command], stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    assert status == 0, "training failed"
+    return usage.ru_utime, time.perf_counter() - begin, usage.ru_maxrss / 1024
+
+
+def write(path, rows, trainings, map_path):
     import sklearn
 
     lines = [
@@ -211,6 +245,16 @@ def write(path, rows, map_path):
     for name, shape, ours, theirs, ratio, limit, our_mib, their_mib in rows:
         lines.append(f"| {name} | {shape.replace('x', '×')} | {ours:.4f} | {theirs:.4f} | {ratio:.4f} | {limit} | "
                      f"{our_mib:.0f} | {their_mib:.0f} |")
+    lines += [
+        "",
+        "`eigenmark train --view-size {view_px} --scale {scale} --stride {stride_px}`, from the map to the atlas, with "
+        "projection, ranking, quantization and calibration:".format(**MANY),
+        "",
+        "| `--select` | user, s | wall, s | memory, MiB |",
+        "| --- | --- | --- | --- |",
+    ]
+    for ranking, user, wall, mib in trainings:
+        lines.append(f"| {ranking} | {user:.1f} | {wall:.1f} | {mib:.0f} |")
     pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
