@@ -122,6 +122,27 @@ pub fn train(
     finish(map, settings, candidates, model, with_profile, progress)
 }
 
+/// The candidates, and an eigenspace of them with as many dimensions as they span, up to `dimensions`; but not fewer
+/// than the settings ask for. Nothing is selected.
+///
+/// # Errors
+/// See [`TrainError`].
+pub fn learn(
+    map: &Map,
+    settings: &Settings,
+    dimensions: usize,
+    progress: &Progress,
+) -> Result<(Candidates, Model), TrainError> {
+    let _step = progress.step("learning the eigenspace");
+    let candidates = lay_out(map, settings)?;
+    let asked = usize::from(settings.dimensions);
+    let model = match Model::learn(&candidates, dimensions.max(asked)) {
+        Err(PcaError::BeyondRank { rank, .. }) => Model::learn(&candidates, rank.max(asked))?,
+        result => result?,
+    };
+    Ok((candidates, model))
+}
+
 /// Folds one share of the candidates.
 ///
 /// # Errors
