@@ -23,9 +23,15 @@ impl Fixture {
         }
     }
 
-    fn new() -> Self {
+    /// Only the map.
+    fn of_map() -> Self {
         let fixture = Self::empty();
         small_map().save(fixture.path("map.png")).expect("writable");
+        fixture
+    }
+
+    fn new() -> Self {
+        let fixture = Self::of_map();
         GrayImage::new(1, 1)
             .save(fixture.path("tiny.png"))
             .expect("writable");
@@ -585,9 +591,261 @@ fn poses_that_are_none_are_refused() {
     );
 }
 
+/// What every command that trains on the fixture's map is told, before anything else.
+const SMALL: [&str; 6] = ["--view-size", "100", "--scale", "5", "--dims", "5"];
+
+/// Runs a command on the fixture's map that must succeed and print one JSON object.
+fn printed(fixture: &Fixture, command: &str, more: &[&str]) -> serde_json::Value {
+    let map = fixture.name("map.png");
+    let output = run(&[&[command, "--json", "--map", &map], &SMALL[..], more].concat());
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{command} {more:?}: {stderr}");
+    serde_json::from_slice(&output.stdout).expect("one object")
+}
+
+/// The views of a table that `train --json` printed.
+fn views(summary: &serde_json::Value) -> Vec<u64> {
+    let table = summary["table"].as_array().expect("a list");
+    let views = table.iter().map(|landmark| landmark["view"].as_u64());
+    views.map(|view| view.expect("a number")).collect()
+}
+
+/// The views that `compare --json` printed for a method.
+fn compared(comparison: &serde_json::Value, method: &str) -> Vec<u64> {
+    let selections = comparison["selections"].as_array().expect("a list");
+    let selection = selections.iter().find(|one| one["method"] == method);
+    let landmarks = selection.expect("the method")["landmarks"].as_array();
+    let views = landmarks.expect("a list").iter().map(|view| view.as_u64());
+    views.map(|view| view.expect("a number")).collect()
+}
+
+#[test]
+fn selections_that_cannot_be_made_are_refused() {
+    let fixture = Fixture::of_map();
+    let both = |more: &[&str], expected: &str| {
+        for base in [
+            &["train", "--map", "@map.png", "--out", "@new.atlas"][..],
+            &["compare", "--map", "@map.png"],
+        ] {
+            fixture.refuses(&[base, &SMALL[..], more].concat(), expected);
+        }
+    };
+    both(
+        &["--spacing", "250"],
+        "8 landmarks are asked for, but only 2 are 250 map pixels apart",
+    );
+    fixture.refuses(
+        &[
+            &["compare", "--map", "@map.png", "--spacing", "250"],
+            &SMALL[..],
+        ]
+        .concat(),
+        "map.png: profile in 5 dimensions: 8 landmarks are asked for",
+    );
+    both(
+        &["--spacing", "many"],
+        "expected a number of meters from 0 to 1000000",
+    );
+    both(
+        &["--spacing", "9", "--meters-per-pixel", "0"],
+        "expected a number of meters from 0.001 to 1000",
+    );
+    both(
+        &["--preselect", "harris", "--keep", "2", "--landmarks", "3"],
+        "3 landmarks are asked for, but preselection keeps 2 views",
+    );
+    both(&["--preselect", "color"], "invalid value 'color'");
+    both(&["--keep", "2"], "--preselect <PRESELECT>");
+    both(&["--dissimilarity", "cosine"], "invalid value 'cosine'");
+    both(
+        &["--landmarks", "19"],
+        "19 landmarks are asked for, but the map has 18 views",
+    );
+
+    let train = |more: &[&str], expected: &str| {
+        let base = ["train", "--map", "@map.png", "--out", "@new.atlas"];
+        fixture.refuses(&[&base[..], &SMALL, more].concat(), expected);
+    };
+    let ipca = |start: &str, expected: &str| {
+        train(&["--select", "ipca", "--start", start], expected);
+    };
+    ipca(
+        "1,1",
+        "view 1 is in the start list twice; its members must differ",
+    );
+    ipca(
+        "99",
+        "view 99 of the start list does not exist; there are 18, numbered from 1",
+    );
+    ipca("0", "view 0 of the start list does not exist");
+    ipca(
+        "first",
+        "expected profile, random, or numbers of views such as 20,51,79",
+    );
+    train(
+        &["--start", "profile"],
+        "--start and --stop-residual need --select ipca",
+    );
+    train(
+        &["--select", "reliable", "--stop-residual", "1"],
+        "--start and --stop-residual need --select ipca",
+    );
+    train(
+        &["--select", "ipca", "--stop-residual", "much"],
+        "expected a number from 0 to 1000",
+    );
+    train(
+        &["--select", "ipca", "--start", "1,2", "--spacing", "150"],
+        "views 2 and 1 of the start list are closer than the landmarks' spacing",
+    );
+    train(
+        &["--select", "all", "--spacing", "5"],
+        "--preselect and --spacing have no meaning with --select all",
+    );
+    train(&["--method", "slow"], "invalid value 'slow'");
+    train(
+        &["--shard", "3/2"],
+        "expected i/n with i from 1 to n, such as 2/4",
+    );
+    train(
+        &["--shard", "1/2", "--export", "@parts"],
+        "cannot be used with",
+    );
+}
+
+#[test]
+fn landmarks_are_selected_as_asked() {
+    let fixture = Fixture::of_map();
+    let train = |name: &str, more: &[&str]| {
+        let atlas = fixture.name(name);
+        let summary = printed(&fixture, "train", &[&["--out", &atlas], more].concat());
+        (views(&summary), fs::read(atlas).expect("written"))
+    };
+    let literally = |name: &str, more: &[&str]| {
+        let (views, atlas) = train(name, more);
+        let literal = train(name, &[more, &["--method", "literal"]].concat());
+        assert!(literal == (views.clone(), atlas), "{more:?} literally");
+        views
+    };
+    let comparison = printed(&fixture, "compare", &[]);
+    let profile = literally("profile.atlas", &["--select", "profile"]);
+    assert_eq!(profile, compared(&comparison, "profile"));
+
+    let ipca = [
+        "--select",
+        "ipca",
+        "--start",
+        "1,2,3",
+        "--stop-residual",
+        "29",
+    ];
+    let ipca = literally("ipca.atlas", &ipca);
+    assert!(
+        ipca.starts_with(&[1, 2, 3]) && (4..8).contains(&ipca.len()),
+        "{ipca:?}"
+    );
+
+    let apart = ["--landmarks", "3", "--preselect", "edges", "--keep", "12"];
+    let apart = [&apart[..], &["--spacing", "200", "--meters-per-pixel", "2"]].concat();
+    let (reliable, _) = train(
+        "reliable.atlas",
+        &[&["--select", "reliable"], &apart[..]].concat(),
+    );
+    let comparison = printed(&fixture, "compare", &apart);
+    assert_eq!(comparison["kept"], 12);
+    assert_eq!(reliable, compared(&comparison, "reliable"));
+}
+
+#[test]
+fn selections_are_compared() {
+    let fixture = Fixture::of_map();
+    let comparison = printed(&fixture, "compare", &["--landmarks", "6"]);
+    for (field, expected) in [
+        ("candidates", 18),
+        ("kept", 18),
+        ("dims", 5),
+        ("spanned", 17),
+        ("landmarks", 6),
+    ] {
+        assert_eq!(comparison[field], expected, "{field}");
+    }
+    let numbers = |value: &serde_json::Value| -> Vec<f64> {
+        let numbers = value.as_array().expect("a list").iter();
+        numbers.map(|x| x.as_f64().expect("a number")).collect()
+    };
+    let selections = comparison["selections"].as_array().expect("a list");
+    assert_eq!(selections.len(), 4);
+    for (index, selection) in selections.iter().enumerate() {
+        let [smallest, mean] =
+            ["smallest_radius", "mean_radius"].map(|field| selection[field].as_f64());
+        assert!(Some(0.0) < smallest && smallest <= mean, "{selection}");
+        let overlaps = numbers(&comparison["overlaps"][index]);
+        assert_eq!((overlaps.len(), overlaps[index]), (4, 1.0));
+    }
+    let across = &comparison["across"];
+    assert_eq!(
+        numbers(&across["dims"]),
+        [1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 12.0, 15.0]
+    );
+    for field in ["kendall_tau", "spearman_rho"] {
+        let numbers = numbers(&across[field]);
+        assert_eq!(numbers.len(), 7, "{field}");
+        assert!(numbers.iter().all(|x| (-1.0..=1.0).contains(x)), "{across}");
+    }
+    for method in ["profile", "reliable"] {
+        let stability = &across[method];
+        assert_eq!(numbers(&stability["overlaps"][7]).len(), 8);
+        assert!(stability["mean_of_neighbors"].is_f64(), "{stability}");
+    }
+
+    // The metric says what a profile averages, unless something else is asked for.
+    let by = |dissimilarity: &str| {
+        let more = ["--landmarks", "6", "--dissimilarity", dissimilarity];
+        printed(&fixture, "compare", &more)
+    };
+    assert_eq!(by("nssd"), comparison);
+    let ssd = by("ssd");
+    assert_ne!(compared(&ssd, "profile"), compared(&comparison, "profile"));
+    assert_eq!(
+        compared(&ssd, "reliable"),
+        compared(&comparison, "reliable")
+    );
+
+    let map = fixture.name("map.png");
+    let output = run(&[&["compare", "--map", &map], &SMALL[..]].concat());
+    assert!(output.status.success() && output.stderr.is_empty());
+    let text = String::from_utf8(output.stdout).expect("utf-8");
+    for word in ["profile", "ipca-random", "reliable", "5 and 7", "in common"] {
+        assert!(text.contains(word), "{word} is not in {text}");
+    }
+
+    let refuses = |more: &[&str], expected: &str| {
+        let base = ["compare", "--map", "@map.png"];
+        fixture.refuses(&[&base[..], more].concat(), expected);
+    };
+    refuses(
+        &["--view-size", "100", "--landmarks", "1", "--dims", "5"],
+        "a comparison of radii needs at least 2 landmarks, and 1 is asked for",
+    );
+    refuses(
+        &["--view-size", "100", "--dims", "18"],
+        "the 18 views span only 17; choose --dims up to 17",
+    );
+    refuses(&["--select", "ipca"], "unexpected argument '--select'");
+    fixture.refuses(
+        &["compare", "--map", "@absent.png"],
+        "absent.png: cannot read the picture",
+    );
+}
+
 #[test]
 fn help_is_on_stdout_and_no_error() {
-    for arguments in [&["--help"][..], &["train", "--help"], &["--version"]] {
+    for arguments in [
+        &["--help"][..],
+        &["train", "--help"],
+        &["compare", "--help"],
+        &["--version"],
+    ] {
         let output = run(arguments);
         assert_eq!(output.status.code(), Some(0));
         assert!(!output.stdout.is_empty() && output.stderr.is_empty());

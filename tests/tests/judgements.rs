@@ -1,7 +1,7 @@
 //! What a fix says about itself holds on every map: own windows are found, `guaranteed` is never wrong, `known` is
 //! false elsewhere. The measured shares are committed in `tests/judgements.md`; set `EIGENMARK_BLESS` to renew them.
 
-use std::{fmt::Write as _, fs};
+use std::fmt::Write as _;
 
 use eigenmark::{
     evaluate::{Deviation, Outcome, deviated_fixes, foreign_fixes as foreign_fixes_of},
@@ -14,6 +14,7 @@ use eigenmark_core::localizer::Fix;
 use eigenmark_tests::{
     cli,
     maps::{self, TestMap},
+    record::compare_or_bless,
 };
 
 /// Deviated views per map, at least.
@@ -194,7 +195,8 @@ fn judgements_hold_and_their_table_is_up_to_date() {
             tradeoff.push_str(&tradeoff_row(name, kept, &slight_fixes, &foreign_fixes));
         }
     }
-    compare_or_bless(&format!("{table}{tradeoff}"));
+    let measured = format!("{table}{tradeoff}");
+    compare_or_bless("judgements.md", &measured, |_, _| TOLERANCE_PERCENT);
 }
 
 /// Limits that keep this share of slightly deviated views, and the foreign views they let pass.
@@ -244,34 +246,3 @@ limit of the distance to the landmark, of the distance from feature space, and b
 | map | kept | pass distance | pass distance from feature space | pass both |
 | --- | --- | --- | --- | --- |
 ";
-
-/// Compares with the committed table, numbers within the tolerance, or writes it.
-fn compare_or_bless(measured: &str) {
-    let path = maps::workspace().join("tests/judgements.md");
-    if std::env::var_os("EIGENMARK_BLESS").is_some() {
-        fs::write(&path, measured).expect("writable");
-        return;
-    }
-    let committed = fs::read_to_string(&path).expect("the committed table");
-    // Without the real maps there are fewer rows, and fewer foreign views: only promises are checked then.
-    if measured.lines().count() < committed.lines().count() {
-        println!("skipped: real maps are absent, so the committed table is not compared");
-        return;
-    }
-    assert_eq!(measured.lines().count(), committed.lines().count());
-    for (measured, committed) in measured.lines().zip(committed.lines()) {
-        for (measured_cell, committed_cell) in measured.split('|').zip(committed.split('|')) {
-            let is_near = match (
-                measured_cell.trim().parse::<f64>(),
-                committed_cell.trim().parse::<f64>(),
-            ) {
-                (Ok(a), Ok(b)) => (a - b).abs() <= TOLERANCE_PERCENT,
-                _ => measured_cell == committed_cell,
-            };
-            assert!(
-                is_near,
-                "measured {measured}\ncommitted {committed}\nEIGENMARK_BLESS=1 renews the table"
-            );
-        }
-    }
-}

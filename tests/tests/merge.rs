@@ -3,10 +3,10 @@
 use std::fs;
 
 use eigenmark::{
-    learn::{Model, Settings},
+    learn::{Model, Route, Rows, Settings},
     map::Map,
     output::Progress,
-    train::{Part, PartError, Shard, fold_shard, merge, train},
+    train::{Part, PartError, Shard, fold_shard, joined, learn},
 };
 use eigenmark_tests::{cli::run, maps};
 
@@ -55,14 +55,21 @@ fn parts_merge_to_what_one_run_learns() {
                 stride_px,
                 ..Settings::default()
             };
-            let whole = train(&map, &settings, false, &Progress::Hidden).expect("trained");
+            let (candidates, whole) =
+                learn(&map, &settings, 0, &Progress::Hidden).expect("learned");
             for of in [1, 2, 5] {
                 let mut parts = parts(&map, &settings, of);
                 parts.reverse();
-                let merged = merge(&map, parts, false, &Progress::Hidden).expect("merged");
-                assert_same(&merged.model, &whole.model);
-                assert_eq!(merged.selected.landmarks, whole.selected.landmarks);
+                let (merged_settings, _, merged) = joined(&map, parts).expect("joined");
+                assert_same(&merged, &whole);
+                assert_eq!(merged_settings, settings);
             }
+            let expected = if stride_px.is_none() {
+                Route::Gram
+            } else {
+                Route::Covariance
+            };
+            assert_eq!(whole.route, expected, "{} views", candidates.count());
         }
     }
 }
@@ -71,11 +78,7 @@ fn parts_merge_to_what_one_run_learns() {
 fn parts_that_do_not_belong_together_are_refused() {
     let map = Map::city();
     let settings = Settings::default();
-    let refused = |parts: Vec<Part>| {
-        merge(&map, parts, false, &Progress::Hidden)
-            .expect_err("refused")
-            .to_string()
-    };
+    let refused = |parts: Vec<Part>| joined(&map, parts).expect_err("refused").to_string();
     let three = parts(&map, &settings, 3);
     assert_eq!(refused(Vec::new()), "part 1 of 1 is missing");
     assert_eq!(

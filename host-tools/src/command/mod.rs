@@ -1,6 +1,7 @@
 //! One file per command: what the user typed → a resolved plan → a call of the library → print.
 
 mod choices;
+mod compare;
 mod demo;
 mod inspect;
 mod localize;
@@ -36,6 +37,7 @@ enum Command {
     Demo(demo::Cmd),
     Train(train::Cmd),
     Merge(merge::Cmd),
+    Compare(compare::Cmd),
     Localize(localize::Cmd),
     Inspect(inspect::Cmd),
 }
@@ -53,6 +55,7 @@ pub fn run() -> ExitCode {
         Command::Demo(cmd) => cmd.run(),
         Command::Train(cmd) => cmd.run(),
         Command::Merge(cmd) => cmd.run(),
+        Command::Compare(cmd) => cmd.run(),
         Command::Localize(cmd) => cmd.run(),
         Command::Inspect(cmd) => cmd.run(),
     };

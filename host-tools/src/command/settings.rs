@@ -57,24 +57,32 @@ pub struct SelectionArgs {
     /// Which views become landmarks
     #[arg(long, value_enum, default_value = "profile")]
     select: SelectChoice,
-    /// Number of landmarks [default: 8]
-    #[arg(long, value_name = "L", value_parser = value_parser!(u32).range(1..))]
-    landmarks: Option<u32>,
+    #[command(flatten)]
+    best: BestArgs,
     /// Landmarks that an IPCA ranking starts from: profile (the best three of that ranking), random, or views i,j,k
     #[arg(long, value_name = "VIEWS", value_parser = start)]
     start: Option<StartChoice>,
-    /// Seed of a random start
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
     /// End an IPCA ranking when every view is represented to within this error: root mean square per pixel, in gray levels
     #[arg(long, value_name = "LEVELS", value_parser = not_negative)]
     stop_residual: Option<f64>,
-    /// What a profile averages [default: as the metric]
-    #[arg(long, value_enum)]
-    dissimilarity: Option<DissimilarityChoice>,
     /// Fast routes, or the report's algorithms as they are written; both give the same ranking
     #[arg(long, value_enum, default_value = "fast")]
     method: MethodChoice,
+}
+
+/// What every selection of the best views goes by, whatever its method.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Selection")]
+pub struct BestArgs {
+    /// Number of landmarks [default: 8]
+    #[arg(long, value_name = "L", value_parser = value_parser!(u32).range(1..))]
+    landmarks: Option<u32>,
+    /// Seed of a random start
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// What a profile averages [default: as the metric]
+    #[arg(long, value_enum)]
+    dissimilarity: Option<DissimilarityChoice>,
     /// Rank only the views that attract attention by this
     #[arg(long, value_enum)]
     preselect: Option<AttentionChoice>,
@@ -121,11 +129,11 @@ impl SelectionArgs {
     pub fn selection(&self, settings: &SettingsArgs) -> anyhow::Result<Selection> {
         if self.select == SelectChoice::All {
             ensure!(
-                self.landmarks.is_none(),
+                self.best.landmarks.is_none(),
                 "--landmarks has no meaning with --select all"
             );
             ensure!(
-                self.preselect.is_none() && self.spacing == 0.0,
+                self.best.preselect.is_none() && self.best.spacing == 0.0,
                 "--preselect and --spacing have no meaning with --select all"
             );
         }
@@ -142,7 +150,9 @@ impl SelectionArgs {
             SelectChoice::Ipca => Method::Ipca {
                 start: match self.start.clone().unwrap_or(StartChoice::Profile) {
                     StartChoice::Profile => Start::Profile,
-                    StartChoice::Random => Start::Random { seed: self.seed },
+                    StartChoice::Random => Start::Random {
+                        seed: self.best.seed,
+                    },
                     StartChoice::Given(views) => Start::Given(views),
                 },
                 // Of v² pixels, the norm is v times the root mean square.
@@ -151,18 +161,25 @@ impl SelectionArgs {
                     .map(|rms| rms * f64::from(settings.settings(Selection::All).view_side())),
             },
         };
-        let preselection = self.preselect.map(|attention| Preselection {
-            attention: attention.into(),
-            keep: self.keep,
-        });
         Ok(Selection::Best(Best {
-            landmarks: self.landmarks.unwrap_or(LANDMARKS),
-            method,
-            dissimilarity: self.dissimilarity.map(Into::into),
             is_literal: self.method == MethodChoice::Literal,
-            preselection,
-            spacing_px: (self.spacing / self.meters_per_pixel) as f32,
+            ..self.best.by(method)
         }))
+    }
+}
+
+impl BestArgs {
+    /// The best views by a method.
+    pub fn by(&self, method: Method) -> Best {
+        Best {
+            dissimilarity: self.dissimilarity.map(Into::into),
+            preselection: self.preselect.map(|attention| Preselection {
+                attention: attention.into(),
+                keep: self.keep,
+            }),
+            spacing_px: (self.spacing / self.meters_per_pixel) as f32,
+            ..Best::new(self.landmarks.unwrap_or(LANDMARKS), method)
+        }
     }
 }
 

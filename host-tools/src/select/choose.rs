@@ -1,15 +1,16 @@
 //! From a user's [`Selection`] to landmarks: preselect, rank, keep the distance.
 
+use eigenmark_core::landmark::Metric;
 use rayon::prelude::*;
 
 use super::{
-    Best, Dissimilarity, Eligible, IpcaError, Method, Objective, Order, Profile, Route, START_LEN,
-    Selection, Start, Stop, Until, most_reliable, preselect, random_start, rank_by_ipca,
-    rank_by_ipca_literally,
+    Best, Dissimilarity, Eligible, IpcaError, IpcaRanking, Method, Objective, Order, Profile,
+    Route, START_LEN, Selection, Start, Stop, Until, most_reliable, preselect, random_start,
+    rank_by_ipca, rank_by_ipca_literally,
 };
 use crate::{
     learn::{Candidates, Rows, Settings},
-    map::Map,
+    map::{Grid, Map},
 };
 
 /// How many times more candidates are ranked when spacing skipped too many.
@@ -106,6 +107,20 @@ impl Best {
         let preselection = self.preselection?;
         Some(preselection.keep.unwrap_or(candidates.div_ceil(4)))
     }
+
+    /// What selecting says when there are no more than `found` such landmarks.
+    pub(crate) fn too_few(&self, found: usize) -> SelectionError {
+        let landmarks = self.landmarks;
+        if self.spacing_px > 0.0 {
+            SelectionError::TooFar {
+                landmarks,
+                found,
+                spacing_px: self.spacing_px,
+            }
+        } else {
+            SelectionError::Exhausted { landmarks, found }
+        }
+    }
 }
 
 /// Selects landmarks as the settings say. `coordinates` are the candidates', as matched: rows of k.
@@ -122,7 +137,8 @@ pub fn select(
     let chooser = Chooser {
         candidates,
         coordinates,
-        settings,
+        dimensions: usize::from(settings.dimensions),
+        metric: settings.metric,
     };
     let best = match &settings.selection {
         Selection::All => {
@@ -135,112 +151,84 @@ pub fn select(
         }
         Selection::Best(best) => best,
     };
-    let eligible = chooser.eligible(map, best);
-    let landmarks = best.landmarks as usize;
-    let (selected, residuals) = match &best.method {
-        Method::Profile => (chooser.by_profile(best, &eligible, landmarks), None),
-        Method::Reliable => {
-            let selected = most_reliable(
-                settings.metric,
-                coordinates,
-                chooser.dimensions(),
-                &eligible,
-                landmarks,
-                Objective::Smallest,
-            );
-            (selected, None)
-        }
-        Method::Ipca {
-            start,
-            stop_residual,
-        } => {
-            let start = match start {
-                Start::Given(views) => views.clone(),
-                Start::Profile => chooser.by_profile(best, &eligible, START_LEN.min(landmarks)),
-                Start::Random { seed } => random_start(&eligible, START_LEN.min(landmarks), *seed)?,
-            };
-            let until = Until {
-                landmarks,
-                residual: *stop_residual,
-            };
-            let ranked = if best.is_literal {
-                rank_by_ipca_literally(candidates, &eligible, &start, until)?
-            } else {
-                rank_by_ipca(candidates, &eligible, &start, until)?
-            };
-            if ranked.stop == Stop::Exhausted && ranked.ranking.len() < landmarks {
-                return Err(best.too_few(ranked.ranking.len()));
-            }
-            (ranked.ranking, Some((ranked.residuals, ranked.stop)))
-        }
-    };
-    let is_stopped = matches!(&residuals, Some((_, Stop::Residual)));
-    if selected.len() < landmarks && !is_stopped {
-        return Err(best.too_few(selected.len()));
-    }
+    let eligible = eligible(map, candidates.grid(), settings.scale, best);
+    let (landmarks, residuals) = chooser.choose(best, &eligible)?;
     let profiled =
         with_profile.then(|| chooser.profile(chooser.dissimilarity(best), best.is_literal));
     Ok(Selected {
-        landmarks: selected,
-        residuals: residuals.map(|(residuals, _)| residuals),
+        landmarks,
+        residuals,
         profiled,
     })
 }
 
-impl Best {
-    fn too_few(&self, found: usize) -> SelectionError {
-        let landmarks = self.landmarks;
-        if self.spacing_px > 0.0 {
-            SelectionError::TooFar {
-                landmarks,
-                found,
-                spacing_px: self.spacing_px,
-            }
-        } else {
-            SelectionError::Exhausted { landmarks, found }
-        }
+/// The candidates that `best` ranks, and how far apart it wants landmarks; `scale` is in map pixels per view pixel.
+pub(crate) fn eligible(map: &Map, grid: &Grid, scale: f64, best: &Best) -> Eligible {
+    let eligible = match (best.preselection, best.keep(grid.count())) {
+        (Some(preselection), Some(keep)) => Eligible::among(preselect(
+            map,
+            grid,
+            preselection.attention,
+            scale,
+            keep as usize,
+        )),
+        _ => Eligible::all(grid.count()),
+    };
+    if best.spacing_px > 0.0 {
+        let places = (1..=grid.count()).map(|view| grid.place(view)).collect();
+        eligible.spaced(places, best.spacing_px)
+    } else {
+        eligible
     }
 }
 
 /// What every method of selection sees.
-struct Chooser<'a> {
-    candidates: &'a Candidates,
-    coordinates: &'a [f64],
-    settings: &'a Settings,
+pub(crate) struct Chooser<'a> {
+    pub candidates: &'a Candidates,
+    /// As matched: rows of `dimensions`.
+    pub coordinates: &'a [f64],
+    pub dimensions: usize,
+    pub metric: Metric,
 }
 
 impl Chooser<'_> {
-    fn dimensions(&self) -> usize {
-        usize::from(self.settings.dimensions)
-    }
-
-    fn dissimilarity(&self, best: &Best) -> Dissimilarity {
-        best.dissimilarity.unwrap_or(self.settings.metric.into())
-    }
-
-    fn eligible(&self, map: &Map, best: &Best) -> Eligible {
-        let grid = self.candidates.grid();
-        let eligible = match (best.preselection, best.keep(grid.count())) {
-            (Some(preselection), Some(keep)) => Eligible::among(preselect(
-                map,
-                grid,
-                preselection.attention,
-                self.settings.scale,
-                keep as usize,
-            )),
-            _ => Eligible::all(grid.count()),
+    /// Landmarks by the method of `best`; those of an IPCA ranking with their residuals.
+    pub fn choose(
+        &self,
+        best: &Best,
+        eligible: &Eligible,
+    ) -> Result<(Vec<u32>, Option<Vec<f64>>), SelectionError> {
+        let landmarks = best.landmarks as usize;
+        let selected = match &best.method {
+            Method::Profile => self.by_profile(best, eligible, landmarks),
+            Method::Reliable => most_reliable(
+                self.metric,
+                self.coordinates,
+                self.dimensions,
+                eligible,
+                landmarks,
+                Objective::Smallest,
+            ),
+            Method::Ipca {
+                start,
+                stop_residual,
+            } => {
+                let ranked = self.by_ipca(best, eligible, start, *stop_residual)?;
+                if ranked.ranking.len() < landmarks && ranked.stop != Stop::Residual {
+                    return Err(best.too_few(ranked.ranking.len()));
+                }
+                return Ok((ranked.ranking, Some(ranked.residuals)));
+            }
         };
-        if best.spacing_px > 0.0 {
-            let places = (1..=grid.count()).map(|view| grid.place(view)).collect();
-            eligible.spaced(places, best.spacing_px)
-        } else {
-            eligible
+        if selected.len() < landmarks {
+            return Err(best.too_few(selected.len()));
         }
+        Ok((selected, None))
     }
 
-    /// The first `count` of the profile ranking of the eligible candidates that keep their distance.
-    fn by_profile(&self, best: &Best, eligible: &Eligible, count: usize) -> Vec<u32> {
-        let k = self.dimensions();
+    /// The first `count` of the profile ranking of the eligible candidates, however near each other they are.
+    pub fn profile_ranking(&self, best: &Best, eligible: &Eligible, count: usize) -> Vec<u32> {
+        let k = self.dimensions;
         let numbers = eligible.candidates();
         let points: Vec<f64> = numbers
             .par_iter()
@@ -250,23 +238,57 @@ impl Chooser<'_> {
         let dissimilarity = self.dissimilarity(best);
         let route = route(dissimilarity, numbers.len(), best.is_literal);
         let profile = Profile::new(dissimilarity, &points, k, route);
+        let ranking = profile.rank(Order::MostDissimilar, count).among(numbers);
+        ranking.candidates
+    }
+
+    /// The first `count` of that ranking that keep their distance.
+    fn by_profile(&self, best: &Best, eligible: &Eligible, count: usize) -> Vec<u32> {
         // Spacing skips some; deciding the order of all would cost more than ranking twice.
         let mut wanted = count;
         loop {
-            let ranking = profile.rank(Order::MostDissimilar, wanted).among(numbers);
-            let selected = eligible.best_of(&ranking.candidates, count);
-            if selected.len() == count || wanted >= numbers.len() {
+            let ranking = self.profile_ranking(best, eligible, wanted);
+            let selected = eligible.best_of(&ranking, count);
+            if selected.len() == count || wanted >= eligible.candidates().len() {
                 return selected;
             }
             wanted = wanted.saturating_mul(RANKED_MORE);
         }
     }
 
+    fn by_ipca(
+        &self,
+        best: &Best,
+        eligible: &Eligible,
+        start: &Start,
+        stop_residual: Option<f64>,
+    ) -> Result<IpcaRanking, IpcaError> {
+        let landmarks = best.landmarks as usize;
+        let start = match start {
+            Start::Given(views) => views.clone(),
+            Start::Profile => self.by_profile(best, eligible, START_LEN.min(landmarks)),
+            Start::Random { seed } => random_start(eligible, START_LEN.min(landmarks), *seed)?,
+        };
+        let until = Until {
+            landmarks,
+            residual: stop_residual,
+        };
+        if best.is_literal {
+            rank_by_ipca_literally(self.candidates, eligible, &start, until)
+        } else {
+            rank_by_ipca(self.candidates, eligible, &start, until)
+        }
+    }
+
+    fn dissimilarity(&self, best: &Best) -> Dissimilarity {
+        best.dissimilarity.unwrap_or(self.metric.into())
+    }
+
     /// The profile of all candidates.
     fn profile(&self, dissimilarity: Dissimilarity, is_literal: bool) -> Profiled {
         let count = self.candidates.count();
         let route = route(dissimilarity, count, is_literal);
-        let profile = Profile::new(dissimilarity, self.coordinates, self.dimensions(), route);
+        let profile = Profile::new(dissimilarity, self.coordinates, self.dimensions, route);
         Profiled {
             values: profile.values().to_vec(),
             ranking: profile.rank(Order::MostDissimilar, count).candidates,

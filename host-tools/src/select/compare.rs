@@ -14,6 +14,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use serde::Serialize;
+
 /// Why two rankings cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -52,7 +54,7 @@ pub enum CompareError {
 }
 
 /// How much rankings in a sequence agree, such as those of 1, 2, 3 … dimensions.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stability {
     /// The [`overlap`] of every ranking (row) with every ranking (column).
     pub overlaps: Vec<Vec<f64>>,

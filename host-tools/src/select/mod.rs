@@ -22,6 +22,7 @@ mod reliable;
 mod selection;
 
 pub use attention::{Attention, Plane, preselect};
+pub(crate) use choose::{Chooser, eligible};
 pub use choose::{Profiled, Selected, SelectionError, select};
 pub use compare::{
     CompareError, Stability, average_overlap, kendall_tau, overlap, spearman_rho, stability,

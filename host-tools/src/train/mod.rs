@@ -1,20 +1,22 @@
 //! The whole way from a map to an atlas: lay out candidates, learn, select, quantize, calibrate.
 //!
-//! Learning can be shared: [`fold_shard`] makes a [`Part`] of some of the candidates, and [`merge`] goes on with all
+//! Learning can be shared: [`fold_shard`] makes a [`Part`] of some of the candidates, and [`merge()`] goes on with all
 //! parts as [`train`] does with the whole.
 
+mod merge;
 mod part;
 
 use eigenmark_core::atlas::{Atlas, AtlasError, Training};
 
 use crate::{
     atlas::{AtlasBuffer, CalibrationError, Folded, calibrate, radii},
-    learn::{Candidates, CandidatesError, Fold, Model, PcaError, Preprocess, Rows, Settings},
+    learn::{Candidates, CandidatesError, Model, PcaError, Preprocess, Settings},
     map::{GridError, Map},
     output::Progress,
     select::{Selected, Selection, SelectionError, select},
 };
 
+pub use merge::{MergeError, fold_shard, joined, merge};
 pub use part::{MAX_PART_BYTES, Part, PartError, Shard};
 
 /// Everything training makes; the atlas is what flies, the rest is for judging and exporting.
@@ -41,56 +43,6 @@ pub enum TrainError {
     /// The candidates cannot be views.
     #[error(transparent)]
     Candidates(#[from] CandidatesError),
-    /// There are not as many parts as they say.
-    #[error("part {missing} of {of} is missing")]
-    MissingPart {
-        /// Its number.
-        missing: u32,
-        /// How many there should be.
-        of: u32,
-    },
-    /// A part is there more than once.
-    #[error("part {shard} is given more than once")]
-    SamePart {
-        /// The part.
-        shard: Shard,
-    },
-    /// A part was made for another atlas.
-    #[error(
-        "part {shard} was made with other settings, or of another number of parts, than part {first}"
-    )]
-    OtherSettings {
-        /// The part.
-        shard: Shard,
-        /// The first part given.
-        first: Shard,
-    },
-    /// A part was made from another map.
-    #[error("part {shard} was made from a map with CRC {expected:08x}; this one has {found:08x}")]
-    OtherMap {
-        /// The part.
-        shard: Shard,
-        /// CRC of its map.
-        expected: u32,
-        /// CRC of this map.
-        found: u32,
-    },
-    /// A part does not hold its share of the candidates.
-    #[error(
-        "part {shard} holds {found} views of {found_pixels} pixels, expected {expected} of {pixels}"
-    )]
-    OtherShare {
-        /// The part.
-        shard: Shard,
-        /// Vectors in it.
-        found: usize,
-        /// Numbers per vector in it.
-        found_pixels: usize,
-        /// Views of its share.
-        expected: usize,
-        /// Pixels per view.
-        pixels: usize,
-    },
     /// There is no eigenspace of that size.
     #[error(transparent)]
     Pca(#[from] PcaError),
@@ -122,96 +74,25 @@ pub fn train(
     finish(map, settings, candidates, model, with_profile, progress)
 }
 
-/// Folds one share of the candidates.
+/// The candidates, and an eigenspace of them with as many dimensions as they span, up to `dimensions`; but not fewer
+/// than the settings ask for. Nothing is selected.
 ///
 /// # Errors
 /// See [`TrainError`].
-pub fn fold_shard(
+pub fn learn(
     map: &Map,
     settings: &Settings,
-    shard: Shard,
+    dimensions: usize,
     progress: &Progress,
-) -> Result<Part, TrainError> {
-    let _step = progress.step("folding views");
+) -> Result<(Candidates, Model), TrainError> {
+    let _step = progress.step("learning the eigenspace");
     let candidates = lay_out(map, settings)?;
-    let (first, end) = shard.range(candidates.count());
-    Ok(Part {
-        shard,
-        settings: settings.clone(),
-        map_crc: map.crc(),
-        fold: Fold::of(&candidates, first, end),
-    })
-}
-
-/// Trains an atlas from parts of its candidates, in any order.
-///
-/// # Errors
-/// When the parts are not those of one training on this map, and as [`train`].
-pub fn merge(
-    map: &Map,
-    mut parts: Vec<Part>,
-    with_profile: bool,
-    progress: &Progress,
-) -> Result<Trained, TrainError> {
-    let step = progress.step("joining parts");
-    let Some(first) = parts.first() else {
-        return Err(TrainError::MissingPart { missing: 1, of: 1 });
+    let asked = usize::from(settings.dimensions);
+    let model = match Model::learn(&candidates, dimensions.max(asked)) {
+        Err(PcaError::BeyondRank { rank, .. }) => Model::learn(&candidates, rank.max(asked))?,
+        result => result?,
     };
-    let (settings, first, of) = (first.settings.clone(), first.shard, first.shard.of());
-    let map_crc = map.crc();
-    for part in &parts {
-        let shard = part.shard;
-        if part.settings != settings || shard.of() != of {
-            return Err(TrainError::OtherSettings { shard, first });
-        }
-        if part.map_crc != map_crc {
-            return Err(TrainError::OtherMap {
-                shard,
-                expected: part.map_crc,
-                found: map_crc,
-            });
-        }
-    }
-    parts.sort_by_key(|part| part.shard.index());
-    if let Some(pair) = parts.windows(2).find(|pair| pair[0].shard == pair[1].shard) {
-        return Err(TrainError::SamePart {
-            shard: pair[0].shard,
-        });
-    }
-    let missing = (1..=of).find(|&index| {
-        parts
-            .get(index as usize - 1)
-            .is_none_or(|part| part.shard.index() != index)
-    });
-    if let Some(missing) = missing {
-        return Err(TrainError::MissingPart { missing, of });
-    }
-
-    let candidates = lay_out(map, &settings)?;
-    let mut joined: Option<Fold> = None;
-    for part in parts {
-        let (first, end) = part.shard.range(candidates.count());
-        let other_share = TrainError::OtherShare {
-            shard: part.shard,
-            found: part.fold.count(),
-            found_pixels: part.fold.pixels(),
-            expected: end - first,
-            pixels: candidates.pixels(),
-        };
-        if part.fold.count() != end - first || part.fold.pixels() != candidates.pixels() {
-            return Err(other_share);
-        }
-        joined = Some(match joined {
-            None => part.fold,
-            Some(before) => before.join(part.fold).map_err(|_| other_share)?,
-        });
-    }
-    let Some(fold) = joined else {
-        return Err(TrainError::MissingPart { missing: 1, of });
-    };
-    let model = Model::of_fold(&fold, usize::from(settings.dimensions))?;
-    drop(step);
-    finish(map, &settings, candidates, model, with_profile, progress)
+    Ok((candidates, model))
 }
 
 /// The candidates that the settings ask for, when a board can hold their views.

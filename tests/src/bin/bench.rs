@@ -54,7 +54,7 @@ fn main() -> Result<()> {
             let coordinates = Model::learn(&rows, DIMENSIONS)?.project(&rows);
             let shape = [rows.count() as u64, DIMENSIONS as u64];
             write_npy(Path::new(out), &shape, coordinates)?;
-            say(json!({}), Duration::ZERO)
+            say(&json!({}), Duration::ZERO)
         }
         ["pca", vectors, repetitions] => {
             let (vectors, pixels) = read::<f32>(vectors)?;
@@ -116,7 +116,7 @@ fn candidates(map: &str, settings: &Settings, every: usize, out: &Path) -> Resul
         }
         writer.finish()
     })?;
-    say(json!({}), Duration::ZERO)
+    say(&json!({}), Duration::ZERO)
 }
 
 /// A matrix, row by row, and its number of columns.
@@ -135,10 +135,10 @@ fn timed<T: Serialize>(repetitions: &str, compute: impl Fn() -> Result<T>) -> Re
         result = Some(compute()?);
         best = best.min(start.elapsed());
     }
-    say(json!(result), best)
+    say(&json!(result), best)
 }
 
-fn say(result: serde_json::Value, best: Duration) -> Result<()> {
+fn say(result: &serde_json::Value, best: Duration) -> Result<()> {
     let line = json!({"seconds": best.as_secs_f64(), "peak_mib": peak_mib()?, "result": result});
     println!("{line}");
     Ok(())

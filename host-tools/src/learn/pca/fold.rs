@@ -76,7 +76,7 @@ impl Fold {
             .into_par_iter()
             .map(|part| Products::of_rows(rows, cut(part), cut(part + 1)))
             .collect();
-        let joined = folded.into_iter().reduce(Products::join);
+        let joined = folded.into_iter().reduce(|one, other| one.join(&other));
         Self {
             pixels,
             vectors: Vectors::Many(joined.unwrap_or_else(|| Products::none(pixels))),
@@ -106,7 +106,7 @@ impl Fold {
                     Vectors::Few(few) => Products::of_few(&few, pixels),
                     Vectors::Many(products) => products,
                 });
-                Vectors::Many(one.join(other))
+                Vectors::Many(one.join(&other))
             }
         };
         Ok(Self { pixels, vectors })
@@ -204,7 +204,7 @@ impl Products {
         self.shift(count, &mean);
     }
 
-    fn join(mut self, other: Self) -> Self {
+    fn join(mut self, other: &Self) -> Self {
         for (one, other) in self.values.iter_mut().zip(&other.values) {
             *one += other;
         }
