@@ -25,9 +25,9 @@ import numpy as np
 ROUNDS = 3
 REPETITIONS = 3
 
-# Eigenvalues may differ by this much, relative to the largest: rounding of single precision; and what scikit-learn
-# leaves to chance where it takes a random sketch.
-TOLERANCE = {"exact": 1e-5, "randomized": 0.02}
+# Eigenvalues may differ by this much, relative to the largest: rounding of sums; what sums in single precision lose;
+# and what scikit-learn leaves to chance where it takes a random sketch.
+TOLERANCE = {"f64": 1e-10, "f32": 1e-3, "randomized": 0.02}
 
 # Rows of a block of pairs: 1000 x 100,000 doubles are 800 MB.
 PAIRS = 1000
@@ -56,7 +56,8 @@ def pca(path, dtype):
         model = PCA(15, random_state=0)
         model.fit_transform(vectors)
         count = len(vectors)
-        learn.kind = "randomized" if model._fit_svd_solver == "randomized" else "exact"
+        is_sketched = model._fit_svd_solver == "randomized"
+        learn.kind = "randomized" if is_sketched else np.dtype(dtype).name.replace("float", "f")
         return (model.explained_variance_ * (count - 1) / count).tolist()
 
     return learn
@@ -121,7 +122,7 @@ def peer(what, path, *more):
         result = compute()
         seconds.append(time.perf_counter() - begin)
     peak_mib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    kind = getattr(compute, "kind", "exact")
+    kind = getattr(compute, "kind", None)
     print(json.dumps({"seconds": min(seconds), "peak_mib": peak_mib, "result": result, "kind": kind}))
 
 
@@ -146,11 +147,11 @@ def measure(ours, theirs, rounds):
     return best
 
 
-def is_same(ours, theirs, kind):
-    """Rankings are equal; eigenvalues are as near as their kind allows."""
+def difference(ours, theirs):
+    """Of eigenvalues, relative to the largest; of rankings, whether there is any."""
     if isinstance(ours[0], int):
-        return ours == theirs
-    return np.abs(np.subtract(ours, theirs)).max() <= TOLERANCE[kind] * ours[0]
+        return float(ours != theirs)
+    return np.abs(np.subtract(ours, theirs)).max() / ours[0]
 
 
 def main():
@@ -185,24 +186,28 @@ def main():
             their = [*this, what, path, repetitions, *more]
             our, their = measure(our, their, rounds)
             ratio = our["seconds"] / their["seconds"]
-            same = is_same(our["result"], their["result"], their["kind"])
-            is_met = is_quick or ratio <= limit  # of a few hundred vectors, and without optimization, time says nothing
-            failures += not (same and is_met)
+            differs = difference(our["result"], their["result"])
+            is_same = differs <= TOLERANCE.get(their["kind"], 0)
+            # Of few vectors, and without optimization, time says nothing.
+            is_met = is_quick or limit is None or ratio <= limit
+            failures += not (is_same and is_met)
             shape = "{0} x {1}".format(*np.load(path, mmap_mode="r").shape)
-            verdict = "ok" if same and is_met else "DIFFERENT RESULTS" if not same else "TOO SLOW"
-            row = (name, shape, our["seconds"], their["seconds"], ratio, limit, our["peak_mib"], their["peak_mib"])
-            rows.append(row)
-            print(f"{name:40} {shape:14} {row[2]:9.4f} s {row[3]:9.4f} s  ratio {ratio:.4f} (limit {limit})  "
-                  f"{row[6]:6.0f} MiB {row[7]:6.0f} MiB  {verdict}", flush=True)
+            verdict = "ok" if is_same and is_met else "TOO SLOW" if is_same else "DIFFERENT RESULTS"
+            seconds = our["seconds"], their["seconds"]
+            rows.append((name, shape, *seconds, ratio, limit, differs, our["peak_mib"], their["peak_mib"]))
+            print(f"{name:38} {shape:14} {seconds[0]:9.4f} s {seconds[1]:9.4f} s  ratio {ratio:.4f} (limit {limit})  "
+                  f"differ by {differs:.0e}  {our['peak_mib']:5.0f} MiB {their['peak_mib']:5.0f} MiB  {verdict}",
+                  flush=True)
 
         for path in (report, fine, many):
-            compare("PCA, k = 15; scikit-learn, f32", 1.0, ("pca", path), ("pca-f32", path))
             compare("PCA, k = 15; scikit-learn, f64", 1.0, ("pca", path), ("pca-f64", path))
+            # Sums in single precision are another result: for information.
+            compare("PCA, k = 15; scikit-learn, f32", None, ("pca", path), ("pca-f32", path))
         compare("profile, nSSD; NumPy, pairs in blocks", 0.005, ("profile", coordinates),
                 ("profile", coordinates), 1, 1)
         landmarks = 10 if is_quick else 50
         compare(f"IPCA, {landmarks} landmarks; NumPy, literal", 0.02, ("ipca", some, landmarks),
-                ("ipca", some, landmarks), rounds, 1)
+                ("ipca", some, landmarks))
 
         trainings = []
         for ranking in [] if is_quick else RANKINGS:
@@ -235,20 +240,24 @@ def write(path, rows, trainings, map_path):
     lines = [
         "# Learning and selection, timed against scikit-learn and NumPy",
         "",
-        f"`tests/benchmark` on {pathlib.Path(map_path).name}; scikit-learn {sklearn.__version__}, NumPy "
-        f"{np.__version__}, {processor()}, two cores of it. Best of {ROUNDS} rounds of {REPETITIONS}, in turns "
-        "(profile: once). Memory is the peak of the process, its input included; Python's includes its libraries.",
+        f"`tests/benchmark` on {pathlib.Path(map_path).name}; scikit-learn {sklearn.__version__}, NumPy",
+        f"{np.__version__}, {processor()}, {os.cpu_count()} cores. Best of {ROUNDS} rounds of {REPETITIONS}, in turns",
+        "(profile: once). Eigenvalues differ relative to the largest; rankings are equal. Memory is the peak of the",
+        "process, its input included; Python's includes its libraries.",
         "",
-        "| row | vectors | ours, s | theirs, s | ratio | limit | our memory, MiB | theirs, MiB |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| row | vectors | ours, s | theirs, s | ratio | limit | results differ by | our memory, MiB | theirs, MiB |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
-    for name, shape, ours, theirs, ratio, limit, our_mib, their_mib in rows:
-        lines.append(f"| {name} | {shape.replace('x', '×')} | {ours:.4f} | {theirs:.4f} | {ratio:.4f} | {limit} | "
-                     f"{our_mib:.0f} | {their_mib:.0f} |")
+    for name, shape, ours, theirs, ratio, limit, differs, our_mib, their_mib in rows:
+        cells = [name, shape.replace("x", "×"), f"{ours:.4f}", f"{theirs:.4f}", f"{ratio:.4f}"]
+        cells += ["–" if limit is None else str(limit), f"{differs:.0e}" if differs else "–"]
+        cells += [f"{our_mib:.0f}", f"{their_mib:.0f}"]
+        lines.append("| " + " | ".join(cells) + " |")
     lines += [
         "",
-        "`eigenmark train --view-size {view_px} --scale {scale} --stride {stride_px}`, from the map to the atlas, with "
-        "projection, ranking, quantization and calibration:".format(**MANY),
+        "`eigenmark train --view-size {view_px} --scale {scale} --stride {stride_px}`, 100,541 views, from the map to the "
+        "atlas, with".format(**MANY),
+        "projection, ranking, quantization and calibration:",
         "",
         "| `--select` | user, s | wall, s | memory, MiB |",
         "| --- | --- | --- | --- |",

@@ -11,6 +11,13 @@ pub trait Rows: Sync {
 
     /// Writes the vectors from number `first` on into `out`, one after the other; as many as `out` has room for.
     fn read(&self, first: usize, out: &mut [f32]);
+
+    /// `count` vectors from number `first` on, read into `buffer` unless they are in memory already.
+    fn block<'a>(&'a self, first: usize, count: usize, buffer: &'a mut Vec<f32>) -> &'a [f32] {
+        buffer.resize(count * self.pixels(), 0.0);
+        self.read(first, buffer);
+        buffer
+    }
 }
 
 /// Vectors that are in memory: n rows of m.
@@ -47,5 +54,9 @@ impl Rows for Matrix<'_> {
 
     fn read(&self, first: usize, out: &mut [f32]) {
         out.copy_from_slice(&self.values[first * self.pixels..][..out.len()]);
+    }
+
+    fn block<'a>(&'a self, first: usize, count: usize, _: &'a mut Vec<f32>) -> &'a [f32] {
+        &self.values[first * self.pixels..][..count * self.pixels]
     }
 }

@@ -164,12 +164,11 @@ impl Products {
     fn of_rows(rows: &impl Rows, first: usize, end: usize) -> Self {
         let pixels = rows.pixels();
         let mut products = Self::none(pixels);
-        let mut block = vec![0.0; BLOCK * pixels];
+        let mut buffer = Vec::new();
         let mut centered = vec![0.0; BLOCK * pixels];
         for start in (first..end).step_by(BLOCK) {
-            let len = BLOCK.min(end - start) * pixels;
-            rows.read(start, &mut block[..len]);
-            products.add(&block[..len], &mut centered[..len]);
+            let block = rows.block(start, BLOCK.min(end - start), &mut buffer);
+            products.add(block, &mut centered[..block.len()]);
         }
         products
     }

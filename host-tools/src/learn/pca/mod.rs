@@ -144,27 +144,26 @@ impl Model {
         coordinates
             .par_chunks_mut(BLOCK * k)
             .enumerate()
-            .for_each(|(block, out)| {
-                let count = out.len() / k;
-                let mut vectors = vec![0.0; count * m];
-                rows.read(block * BLOCK, &mut vectors);
-                let mut centered = Vec::with_capacity(vectors.len());
-                for row in vectors.chunks_exact(m) {
-                    centered.extend(
-                        row.iter()
-                            .zip(&self.mean)
-                            .map(|(&x, mean)| f64::from(x) - mean),
+            .for_each_init(
+                || (Vec::new(), Vec::new()),
+                |(buffer, centered), (block, out)| {
+                    let count = out.len() / k;
+                    let vectors = rows.block(block * BLOCK, count, buffer);
+                    centered.clear();
+                    for row in vectors.chunks_exact(m) {
+                        let centered_row = row.iter().zip(&self.mean);
+                        centered.extend(centered_row.map(|(&x, mean)| f64::from(x) - mean));
+                    }
+                    matmul(
+                        MatMut::from_column_major_slice_mut(out, k, count),
+                        Accum::Replace,
+                        basis,
+                        MatRef::from_column_major_slice(centered, m, count),
+                        1.0,
+                        Par::Seq,
                     );
-                }
-                matmul(
-                    MatMut::from_column_major_slice_mut(out, k, count),
-                    Accum::Replace,
-                    basis,
-                    MatRef::from_column_major_slice(&centered, m, count),
-                    1.0,
-                    Par::Seq,
-                );
-            });
+                },
+            );
         coordinates
     }
 

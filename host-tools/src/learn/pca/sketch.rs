@@ -158,18 +158,19 @@ fn multiplied(rows: &impl Rows, mean: &[f64], basis: &Mat<f64>) -> Mat<f64> {
 
 /// Folds blocks of vectors into one value per part.
 fn by_parts<T: Default + Send>(rows: &impl Rows, fold: impl Fn(T, &[f32]) -> T + Sync) -> Vec<T> {
-    let (n, m) = (rows.count(), rows.pixels());
+    let n = rows.count();
     (0..PARTS)
         .into_par_iter()
         .map(|part| {
             let (first, end) = (n * part / PARTS, n * (part + 1) / PARTS);
-            let mut block = vec![0.0; BLOCK.min(end - first) * m];
+            let mut buffer = Vec::new();
             (first..end)
                 .step_by(BLOCK)
                 .fold(T::default(), |folded, start| {
-                    let vectors = &mut block[..BLOCK.min(end - start) * m];
-                    rows.read(start, vectors);
-                    fold(folded, vectors)
+                    fold(
+                        folded,
+                        rows.block(start, BLOCK.min(end - start), &mut buffer),
+                    )
                 })
         })
         .collect()

@@ -97,9 +97,7 @@ impl<'a, R: Rows> Deviations<'a, R> {
         mut each: impl FnMut(&[f32]),
     ) {
         for run in candidates.chunk_by(|a, b| a + 1 == *b) {
-            buffer.resize(run.len() * self.pixels(), 0.0);
-            self.rows.read(run[0] as usize - 1, buffer);
-            each(buffer);
+            each(self.rows.block(run[0] as usize - 1, run.len(), buffer));
         }
     }
 }
