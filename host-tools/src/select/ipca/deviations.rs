@@ -15,7 +15,7 @@ const LANES: usize = 8;
 pub struct Deviations<'a, R> {
     rows: &'a R,
     /// x_s0.
-    origin: Vec<f32>,
+    origin: Vec<f64>,
 }
 
 /// What a first look says about a view.
@@ -39,6 +39,7 @@ impl<'a, R: Rows> Deviations<'a, R> {
     pub fn new(rows: &'a R, first: u32) -> Self {
         let mut origin = vec![0.0; rows.pixels()];
         rows.read(first as usize - 1, &mut origin);
+        let origin = origin.into_iter().map(f64::from).collect();
         Self { rows, origin }
     }
 
@@ -61,8 +62,8 @@ impl<'a, R: Rows> Deviations<'a, R> {
         let mut rows = block.deviations.chunks_exact_mut(m);
         self.for_each_run(candidates, &mut block.views, |views| {
             for (view, row) in views.chunks_exact(m).zip(&mut rows) {
-                for ((deviation, &x), &origin) in row.iter_mut().zip(view).zip(&self.origin) {
-                    *deviation = f64::from(x) - f64::from(origin);
+                for ((deviation, &x), origin) in row.iter_mut().zip(view).zip(&self.origin) {
+                    *deviation = f64::from(x) - origin;
                 }
             }
         });
