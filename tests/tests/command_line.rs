@@ -632,7 +632,7 @@ fn selections_that_cannot_be_made_are_refused() {
     };
     both(
         &["--spacing", "250"],
-        "8 landmarks are asked for, but only 2 are 250 map pixels apart",
+        "8 landmarks are asked for, but after 2 no view is 250 map pixels away from all",
     );
     fixture.refuses(
         &[
@@ -785,16 +785,16 @@ fn selections_are_compared() {
     let across = &comparison["across"];
     assert_eq!(
         numbers(&across["dims"]),
-        [1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 12.0, 15.0]
+        [1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 12.0, 15.0, 17.0]
     );
     for field in ["kendall_tau", "spearman_rho"] {
         let numbers = numbers(&across[field]);
-        assert_eq!(numbers.len(), 7, "{field}");
+        assert_eq!(numbers.len(), 8, "{field}");
         assert!(numbers.iter().all(|x| (-1.0..=1.0).contains(x)), "{across}");
     }
     for method in ["profile", "reliable"] {
         let stability = &across[method];
-        assert_eq!(numbers(&stability["overlaps"][7]).len(), 8);
+        assert_eq!(numbers(&stability["overlaps"][8]).len(), 9);
         assert!(stability["mean_of_neighbors"].is_f64(), "{stability}");
     }
 

@@ -6,9 +6,15 @@ use eigenmark::{
     learn::{Model, Route, Rows, Settings},
     map::Map,
     output::Progress,
+    select::{Best, Method, Selection, Start},
+    simulate::seeded,
     train::{Part, PartError, Shard, fold_shard, joined, learn},
 };
 use eigenmark_tests::{cli::run, maps};
+use rand::RngExt;
+
+/// Parts that are changed at random, per kind.
+const CHANGED: usize = 300;
 
 /// How far sums in another order may be off, relative to the largest number of their kind.
 const TOLERANCE: f64 = 1e-10;
@@ -120,6 +126,64 @@ fn damaged_parts_are_refused() {
         changed[index] ^= 0x10;
         assert!(Part::parse(&changed).is_err(), "changed at {index}");
     }
+}
+
+/// Bytes behind a checksum that is right: nothing panics, whatever they say.
+#[test]
+fn changed_parts_are_refused_or_merge_to_something() {
+    let map = Map::city();
+    let dense = Settings {
+        stride_px: Some(50),
+        ..Settings::default()
+    };
+    let mut random = seeded(4, 4);
+    let (mut refused, mut read) = (0, 0);
+    for settings in [Settings::default(), dense] {
+        let bytes = parts(&map, &settings, 1).remove(0).emit();
+        for _ in 0..CHANGED {
+            let mut changed = bytes.clone();
+            let end = changed.len() - 4;
+            for _ in 0..random.random_range(1..4) {
+                // The settings and lengths are at the beginning.
+                let most = if random.random() { end } else { end.min(100) };
+                changed[random.random_range(8..most)] = random.random();
+            }
+            let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&changed[..end]);
+            changed[end..].copy_from_slice(&crc.to_le_bytes());
+            match Part::parse(&changed) {
+                Err(error) => {
+                    assert_eq!(error, PartError::Contents);
+                    refused += 1;
+                }
+                Ok(part) => {
+                    let _ = joined(&map, vec![part]);
+                    read += 1;
+                }
+            }
+        }
+    }
+    println!("{refused} refused, {read} read");
+    assert!(refused > 0 && read > 0);
+}
+
+#[test]
+fn parts_that_make_no_sense_are_refused() {
+    let part = parts(&Map::city(), &Settings::default(), 8).remove(0);
+    let refused = |change: &dyn Fn(&mut Settings)| {
+        let mut changed = part.clone();
+        change(&mut changed.settings);
+        assert_eq!(Part::parse(&changed.emit()), Err(PartError::Contents));
+    };
+    refused(&|settings| settings.scale = f64::NAN);
+    refused(&|settings| settings.dimensions = 0);
+    refused(&|settings| settings.stride_px = Some(0));
+    refused(&|settings| settings.whiten = 3.0);
+    refused(&|settings| settings.selection = Selection::profile(0));
+    let method = Method::Ipca {
+        start: Start::Profile,
+        stop_residual: Some(f64::INFINITY),
+    };
+    refused(&|settings| settings.selection = Selection::Best(Best::new(8, method.clone())));
 }
 
 #[test]

@@ -92,8 +92,8 @@ fn measure(map: &TestMap, normalize: Normalize) -> [Shares; 3] {
     let records = atlas.landmarks().records();
     while scenes < SCENES {
         let landmark = random.random_range(0..records.len());
-        let centre = place(atlas.lattices(), records[landmark].view).expect("a place");
-        let scene = draw(centre, f64::from(map.view_size_px), &mut random);
+        let center = place(atlas.lattices(), records[landmark].view).expect("a place");
+        let scene = draw(center, f64::from(map.view_size_px), &mut random);
         if !camera.is_on_map(&opened, &scene) {
             continue;
         }
@@ -134,7 +134,7 @@ fn pose(camera: &Camera, scene: &Scene) -> Pose {
 }
 
 /// A scene near a landmark, at any heading.
-fn draw(centre: Point, footprint_px: f64, random: &mut impl Rng) -> Scene {
+fn draw(center: Point, footprint_px: f64, random: &mut impl Rng) -> Scene {
     let mut side = || random.random_range(-1.0..=1.0);
     let reach = SHIFT * footprint_px;
     let (right, down) = (reach * side(), reach * side());
@@ -146,8 +146,8 @@ fn draw(centre: Point, footprint_px: f64, random: &mut impl Rng) -> Scene {
         altitude_ratio: random.random_range(ALTITUDE),
         noise: 2.0,
         ..Scene::nominal(Point {
-            x_px: centre.x_px + right as f32,
-            y_px: centre.y_px + down as f32,
+            x_px: center.x_px + right as f32,
+            y_px: center.y_px + down as f32,
         })
     }
 }

@@ -2,11 +2,14 @@
 //! as the report's algorithms do.
 
 use eigenmark::{
+    evaluate::REPORT_DIMENSIONS,
     learn::{Candidates, Matrix, Model, Preprocess, Rows, Settings},
     map::Map,
+    output::Progress,
     select::{
         Dissimilarity, Eligible, Order, Profile, Route, Until, rank_by_ipca, rank_by_ipca_literally,
     },
+    train::learn,
 };
 use eigenmark_core::{atlas::Blur, eigenspace::Normalize};
 use eigenmark_tests::maps::{self, TestMap};
@@ -17,9 +20,6 @@ const SCALES: [f64; 11] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 
 
 /// Blurs of table 3.2.
 const BLURS: [Blur; 4] = [Blur::None, Blur::Gauss1, Blur::Gauss2, Blur::Gauss3];
-
-/// Dimensions of (3.2). The last means all: 83 views span 82.
-const DIMENSIONS: [usize; 15] = [1, 2, 3, 5, 7, 10, 12, 15, 18, 20, 25, 35, 50, 65, 83];
 
 /// Start lists rnd1 to rnd5, as tables A.13 to A.15 have them.
 const STARTS: [[u32; 3]; 5] = [
@@ -65,6 +65,54 @@ fn fast_routes_rank_as_the_reports_algorithms_on_its_whole_grid() {
     }
 }
 
+/// Landmarks of an IPCA ranking of a dense grid.
+const MANY_LANDMARKS: usize = 30;
+
+/// Some thousand views, as only the fast routes are meant for: the routes that are taken by themselves.
+#[test]
+fn dense_grids_are_ranked_as_the_reports_algorithms_do() {
+    for test_map in maps::all() {
+        let settings = Settings {
+            view_size_px: test_map.view_size_px,
+            stride_px: Some(test_map.view_size_px / 7),
+            ..Settings::default()
+        };
+        let (candidates, model) =
+            learn(&test_map.open(), &settings, 0, &Progress::Hidden).expect("learned");
+        let (n, k) = (candidates.count(), model.dimensions);
+        let coordinates = model.project(&candidates);
+        for dissimilarity in [
+            Dissimilarity::Nssd,
+            Dissimilarity::NssdCentered,
+            Dissimilarity::Ssd,
+            Dissimilarity::Euclid,
+            Dissimilarity::Angle,
+        ] {
+            let fast = Route::automatic(dissimilarity, n);
+            assert_ne!(fast, Route::Literal);
+            let [literal, fast] = [Route::Literal, fast]
+                .map(|route| Profile::new(dissimilarity, &coordinates, k, route));
+            for order in [Order::MostDissimilar, Order::LeastDissimilar] {
+                assert_eq!(
+                    fast.rank(order, n).candidates,
+                    literal.rank(order, n).candidates,
+                    "{} {dissimilarity:?} {order:?}",
+                    test_map.name
+                );
+            }
+        }
+        let eligible = Eligible::all(n as u32);
+        let until = Until::landmarks(MANY_LANDMARKS);
+        let [literal, fast] = [
+            rank_by_ipca_literally(&candidates, &eligible, &[1, 2, 3], until),
+            rank_by_ipca(&candidates, &eligible, &[1, 2, 3], until),
+        ]
+        .map(|ranked| ranked.expect("ranked").ranking);
+        assert_eq!(fast, literal, "{}", test_map.name);
+        println!("{}: {n} views", test_map.name);
+    }
+}
+
 /// All rankings of one scale and blur.
 fn compare(test_map: &TestMap, map: &Map, scale: f64, blur: Blur) -> Compared {
     let settings = Settings {
@@ -85,7 +133,8 @@ fn compare(test_map: &TestMap, map: &Map, scale: f64, blur: Blur) -> Compared {
     let coordinates = model.project(&rows);
     let mut compared = Compared::default();
     let mut starts = STARTS.map(Vec::from).to_vec();
-    for k in DIMENSIONS.map(|k| k.min(spanned)) {
+    // The last means all: 83 views span 82.
+    for k in REPORT_DIMENSIONS.map(|k| k.min(spanned)) {
         let points: Vec<f64> = coordinates
             .chunks_exact(spanned)
             .flat_map(|row| &row[..k])
@@ -129,7 +178,9 @@ fn compare_profiles(points: &[f64], k: usize, cell: &str, compared: &mut Compare
     for (dissimilarity, routes) in [
         (Dissimilarity::Nssd, &[Route::Blocked, Route::Fast][..]),
         (Dissimilarity::Ssd, &[Route::Blocked, Route::Fast]),
+        (Dissimilarity::NssdCentered, &[Route::Fast]),
         (Dissimilarity::Euclid, &[Route::Blocked]),
+        (Dissimilarity::Angle, &[Route::Blocked]),
     ] {
         for order in [Order::MostDissimilar, Order::LeastDissimilar] {
             let literal = rank(dissimilarity, Route::Literal, order);

@@ -1,6 +1,6 @@
 //! Camera pixels, borrowed and checked once.
 //!
-//! A [`Frame`] is 8-bit luminance, row by row, with a stride. By the camera convention its largest centred square, at
+//! A [`Frame`] is 8-bit luminance, row by row, with a stride. By the camera convention its largest centered square, at
 //! nominal altitude and heading, shows exactly one view's footprint on the map ([`Frame::square_row`]).
 //! Pixels beside the square matter only to frames of another, known pose.
 //!
@@ -125,13 +125,13 @@ impl<'a> Frame<'a> {
         self.stride
     }
 
-    /// Side of the largest centred square, in pixels.
+    /// Side of the largest centered square, in pixels.
     #[must_use]
     pub fn square_side(&self) -> u16 {
         self.width.min(self.height)
     }
 
-    /// Left and top of the largest centred square, in pixels. An odd margin is split with the larger half right and
+    /// Left and top of the largest centered square, in pixels. An odd margin is split with the larger half right and
     /// below.
     #[must_use]
     pub fn square_corner(&self) -> [u16; 2] {
@@ -139,7 +139,7 @@ impl<'a> Frame<'a> {
         [(self.width - side) / 2, (self.height - side) / 2]
     }
 
-    /// Row `y` of the largest centred square, `square_side()` pixels; none below the square.
+    /// Row `y` of the largest centered square, `square_side()` pixels; none below the square.
     #[must_use]
     pub fn square_row(&self, y: u16) -> &'a [u8] {
         let rows = self.square_from(y);
@@ -193,7 +193,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_square_is_centred() {
+    fn the_square_is_centered() {
         let mut pixels = [0_u8; 64 * 32];
         pixels[16] = 1; // first pixel of the 32×32 square in a 64×32 frame
         pixels[31 * 64 + 47] = 2; // its last pixel

@@ -1,12 +1,12 @@
 //! Where candidates lie on the map.
 //!
 //! Candidates are the windows of one or two regular lattices, numbered from 1, row by row, the second lattice after
-//! the first. The report's layout (section 3.1, corrected) is 8×6 windows side by side, then 7×5 windows centred on
+//! the first. The report's layout (section 3.1, corrected) is 8×6 windows side by side, then 7×5 windows centered on
 //! the inner corners of the first. A dense table is one lattice with a small stride. Numbers instead of coordinates
 //! make a landmark's place cost nothing in flash, and its neighbours computable.
 //!
 //! Map coordinates: pixels, x to the right, y down, origin at the top-left corner of the map; the place of a window
-//! is its centre.
+//! is its center.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -21,12 +21,12 @@ pub struct Point {
     pub y_px: f32,
 }
 
-/// A regular grid of window centres.
+/// A regular grid of window centers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lattice {
-    /// Centre of the first window.
+    /// Center of the first window.
     pub origin: Point,
-    /// Distance between neighbouring centres, in map pixels; positive.
+    /// Distance between neighbouring centers, in map pixels; positive.
     pub stride_px: f32,
     /// Windows per row; at least one.
     pub columns: u16,
@@ -44,7 +44,7 @@ impl Lattice {
         u32::from(self.columns) * u32::from(self.rows)
     }
 
-    /// Centre of the window at `column` and `row`, 0-based.
+    /// Center of the window at `column` and `row`, 0-based.
     #[must_use]
     pub fn point(&self, column: u32, row: u32) -> Point {
         Point {

@@ -11,9 +11,9 @@
 //!                               the camera looks left           the camera looks ahead
 //! ```
 //!
-//! **Notation.** Angles in radians. The altitude ratio is actual over nominal altitude, so the frame's centred square
+//! **Notation.** Angles in radians. The altitude ratio is actual over nominal altitude, so the frame's centered square
 //! covers ratio × footprint. Rotations are applied as in aerospace: heading, then pitch, then roll (Z-Y-X), in axes
-//! forward, right, down. The field of view is the angle over the side of the frame's largest centred square; only a
+//! forward, right, down. The field of view is the angle over the side of the frame's largest centered square; only a
 //! tilted camera needs it.
 //!
 //! **Limits.** A pinhole camera without distortion, over flat ground, fixed to the vehicle with frame-up forward.

@@ -1,6 +1,6 @@
 //! Exact area averaging, one pass over the source rows.
 //!
-//! **Method.** The frame's centred square has q pixels per side, the view v. In units of 1/(q·v) of the side a source
+//! **Method.** The frame's centered square has q pixels per side, the view v. In units of 1/(q·v) of the side a source
 //! pixel is v units long and a view pixel q, so every overlap is a whole number and the weights of a view pixel add up
 //! to q². The mean is rounded half up. Nothing is approximated for ratios that are not whole.
 //!
@@ -21,7 +21,7 @@ use crate::{
 /// Room for the columns of the largest view.
 const SIDE: usize = MAX_VIEW_SIDE as usize;
 
-/// Reduces the frame's centred square to the pixels of `view`, whose side is kept.
+/// Reduces the frame's centered square to the pixels of `view`, whose side is kept.
 ///
 /// # Examples
 /// ```

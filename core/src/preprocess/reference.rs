@@ -4,7 +4,7 @@
 use super::View;
 use crate::frame::Frame;
 
-/// Reduces the frame's centred square to a view of `side`×`side` pixels; the same bits as
+/// Reduces the frame's centered square to a view of `side`×`side` pixels; the same bits as
 /// [`reduce`](super::reduce()), slowly.
 ///
 /// With q pixels per side of the square and v per side of the view, a source pixel is v units long and a view pixel

@@ -72,7 +72,7 @@ pub struct Cmd {
     /// Pose of each frame: a file with the columns frame,heading_deg,altitude_ratio and, if need be, roll_deg,pitch_deg
     #[arg(long, value_name = "CSV", conflicts_with_all = ["heading", "altitude", "roll", "pitch"])]
     poses: Option<PathBuf>,
-    /// Frames: PNG, JPEG or TIFF files whose largest centred square shows one view's footprint at the nominal pose
+    /// Frames: PNG, JPEG or TIFF files whose largest centered square shows one view's footprint at the nominal pose
     /// [default: all frames of --poses, relative to its folder]
     #[arg(value_name = "FRAME", required_unless_present = "poses")]
     frames: Vec<String>,

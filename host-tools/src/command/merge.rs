@@ -1,16 +1,16 @@
 //! `merge`: parts of a training become its atlas.
 
-use std::{fs, path::PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use clap::Args;
 use eigenmark::{
     map::Map,
     output::{Progress, check_target},
-    train::{MAX_PART_BYTES, Part, merge},
+    train::{Part, merge},
 };
 
-use super::train::deliver;
+use super::train::{check_export, deliver};
 
 /// Join the parts that `train --shard` wrote to the atlas that one run would write
 #[derive(Debug, Args)]
@@ -24,6 +24,9 @@ pub struct Cmd {
     /// Where to write the atlas
     #[arg(long, value_name = "ATLAS")]
     out: PathBuf,
+    /// Also write views, eigenspace, distances and ranking as NumPy files into this directory
+    #[arg(long, value_name = "DIR")]
+    export: Option<PathBuf>,
     /// Print what was made as JSON
     #[arg(long)]
     json: bool,
@@ -35,20 +38,15 @@ impl Cmd {
         let parts: Vec<Part> = self
             .parts
             .iter()
-            .map(|path| read(path).with_context(|| path.display().to_string()))
+            .map(|path| Part::read(path).with_context(|| path.display().to_string()))
             .collect::<anyhow::Result<_>>()?;
         let map = Map::open(&self.map)?;
-        let trained =
-            merge(&map, parts, false, &Progress::Stderr).with_context(|| self.map.clone())?;
-        deliver(&trained, &self.out, self.json)
+        if let (Some(directory), Some(part)) = (&self.export, parts.first()) {
+            check_export(&map, &part.settings, directory).with_context(|| self.map.clone())?;
+        }
+        let with_profile = self.export.is_some();
+        let trained = merge(&map, parts, with_profile, &Progress::Stderr)
+            .with_context(|| self.map.clone())?;
+        deliver(&trained, &self.out, self.export.as_deref(), self.json)
     }
-}
-
-fn read(path: &PathBuf) -> anyhow::Result<Part> {
-    let bytes = fs::metadata(path)?.len();
-    ensure!(
-        bytes <= MAX_PART_BYTES,
-        "{bytes} bytes are too many for a part of a training, which has at most {MAX_PART_BYTES}"
-    );
-    Ok(Part::parse(&fs::read(path)?)?)
 }

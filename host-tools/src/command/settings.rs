@@ -62,7 +62,8 @@ pub struct SelectionArgs {
     /// Landmarks that an IPCA ranking starts from: profile (the best three of that ranking), random, or views i,j,k
     #[arg(long, value_name = "VIEWS", value_parser = start)]
     start: Option<StartChoice>,
-    /// End an IPCA ranking when every view is represented to within this error: root mean square per pixel, in gray levels
+    /// End an IPCA ranking when every view is represented to within this error: root mean square per pixel, in gray levels,
+    /// or in standard deviations with --normalize std
     #[arg(long, value_name = "LEVELS", value_parser = not_negative)]
     stop_residual: Option<f64>,
     /// Fast routes, or the report's algorithms as they are written; both give the same ranking
@@ -141,6 +142,20 @@ impl SelectionArgs {
             ensure!(
                 self.start.is_none() && self.stop_residual.is_none(),
                 "--start and --stop-residual need --select ipca"
+            );
+        }
+        if let SelectChoice::Reliable | SelectChoice::All = self.select {
+            ensure!(
+                self.method == MethodChoice::Fast,
+                "--method literal needs --select profile or ipca"
+            );
+        }
+        if let Some(StartChoice::Given(views)) = &self.start {
+            let landmarks = self.best.landmarks.unwrap_or(LANDMARKS);
+            ensure!(
+                views.len() <= landmarks as usize,
+                "--start names {} views, more than the {landmarks} of --landmarks",
+                views.len()
             );
         }
         let method = match self.select {

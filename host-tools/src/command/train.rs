@@ -12,7 +12,6 @@ use eigenmark::{
     learn::{Rows, Settings},
     map::Map,
     output::{Progress, check_directory, check_target, create_dir, write_file, write_npy},
-    select::dissimilarity,
     train::{Shard, Trained, fold_shard, train},
 };
 use serde_json::json;
@@ -64,10 +63,7 @@ impl Cmd {
         let with_profile = self.export.is_some();
         let trained = train(&map, &settings, with_profile, &Progress::Stderr)
             .with_context(|| self.map.clone())?;
-        if let Some(directory) = &self.export {
-            export(&trained, &settings, directory)?;
-        }
-        deliver(&trained, &self.out, self.json)
+        deliver(&trained, &self.out, self.export.as_deref(), self.json)
     }
 
     /// Writes a part instead of an atlas.
@@ -94,8 +90,16 @@ impl Cmd {
     }
 }
 
-/// Writes the atlas and says what is in it.
-pub fn deliver(trained: &Trained, path: &Path, json: bool) -> anyhow::Result<()> {
+/// Writes the atlas, and what it was made from where that is asked for, and says what is in it.
+pub fn deliver(
+    trained: &Trained,
+    path: &Path,
+    directory: Option<&Path>,
+    json: bool,
+) -> anyhow::Result<()> {
+    if let Some(directory) = directory {
+        export(trained, directory)?;
+    }
     write_file(path, |file| file.write_all(trained.atlas.bytes()))?;
     let mut out = io::stdout().lock();
     let summary = Summary::of(&trained.atlas());
@@ -106,7 +110,7 @@ pub fn deliver(trained: &Trained, path: &Path, json: bool) -> anyhow::Result<()>
 }
 
 /// Before long work: whether the export could be written at all.
-fn check_export(map: &Map, settings: &Settings, directory: &Path) -> anyhow::Result<()> {
+pub fn check_export(map: &Map, settings: &Settings, directory: &Path) -> anyhow::Result<()> {
     check_directory(directory)?;
     let views = settings.grid(map)?.count();
     ensure!(
@@ -117,7 +121,7 @@ fn check_export(map: &Map, settings: &Settings, directory: &Path) -> anyhow::Res
 }
 
 /// Everything training computed, one row per candidate.
-fn export(trained: &Trained, settings: &Settings, directory: &Path) -> anyhow::Result<()> {
+fn export(trained: &Trained, directory: &Path) -> anyhow::Result<()> {
     create_dir(directory)?;
     let model = &trained.model;
     let (n, k, m) = (
@@ -153,8 +157,8 @@ fn export(trained: &Trained, settings: &Settings, directory: &Path) -> anyhow::R
         &mut trained.coordinates.iter().copied(),
     )?;
     let rows = || trained.coordinates.chunks_exact(model.dimensions);
-    let mut distances =
-        rows().flat_map(|a| rows().map(move |b| dissimilarity(settings.metric, a, b)));
+    let dissimilarity = trained.settings.dissimilarity();
+    let mut distances = rows().flat_map(|a| rows().map(move |b| dissimilarity.between(a, b)));
     write("distances.npy", &[n, n], &mut distances)?;
     let places =
         (1..=trained.candidates.grid().count()).map(|view| trained.candidates.grid().place(view));
@@ -167,7 +171,9 @@ fn export(trained: &Trained, settings: &Settings, directory: &Path) -> anyhow::R
         return Ok(());
     };
     write("profile.npy", &[n], &mut profiled.values.iter().copied())?;
+    // Of all views; landmarks are the first of it unless they are selected otherwise, preselected, or spaced.
     let ranking = json!({
+        "dissimilarity": dissimilarity,
         "ranking": profiled.ranking,
         "landmarks": trained.selected.landmarks,
         "residuals": trained.selected.residuals,

@@ -172,8 +172,12 @@ pub fn compare_selections(
     .overlaps;
     drop(step);
 
-    let spanned = REPORT_DIMENSIONS.partition_point(|&dims| dims <= model.dimensions);
-    let spaces = REPORT_DIMENSIONS[..spanned].iter().copied().map(in_space);
+    // ERRATA of the report: more dimensions than the views span are all of them.
+    let mut all_dims = REPORT_DIMENSIONS
+        .map(|dims| dims.min(model.dimensions))
+        .to_vec();
+    all_dims.dedup();
+    let spaces = all_dims.into_iter().map(in_space);
     Ok(Comparison {
         candidates: candidates.grid().count(),
         kept: eligible.candidates().len(),
@@ -264,7 +268,7 @@ impl Selector<'_> {
                 .profile_ranking(self.best, self.eligible, all);
             let first = self.eligible.best_of(&ranking, count);
             if first.len() < count {
-                let error = self.best.too_few(first.len());
+                let error = self.best.too_few(&first, self.eligible);
                 return Err(ComparisonError::Selection {
                     method: PROFILE,
                     dims: space.dimensions,
@@ -394,7 +398,8 @@ mod tests {
     fn dimensions_are_compared_as_far_as_the_views_span_them() {
         let comparison = compared(&Settings::default(), &Best::new(3, Method::Profile));
         let across = comparison.expect("selects").across;
-        assert_eq!(across.dims, REPORT_DIMENSIONS[..14]);
+        assert_eq!(across.dims[..14], REPORT_DIMENSIONS[..14]);
+        assert_eq!(across.dims[14..], [82], "83 views span one dimension less");
         assert_eq!(
             (across.kendall_tau.len(), across.spearman_rho.len()),
             (13, 13)

@@ -57,20 +57,20 @@ impl Deviation {
         random: &mut impl Rng,
     ) -> Option<Scene> {
         let record = atlas.landmarks().records().get(landmark)?;
-        let centre = place(atlas.lattices(), record.view)?;
+        let center = place(atlas.lattices(), record.view)?;
         let footprint_px = f64::from(atlas.header().footprint_px);
         (0..TRIES)
-            .map(|_| self.around(centre, footprint_px, random))
+            .map(|_| self.around(center, footprint_px, random))
             .find(|scene| Camera::is_inside(map, footprint_px, scene))
     }
 
-    fn around(&self, centre: Point, footprint_px: f64, random: &mut impl Rng) -> Scene {
+    fn around(&self, center: Point, footprint_px: f64, random: &mut impl Rng) -> Scene {
         let mut side = || random.random_range(-1.0..=1.0);
         let reach = self.shift * footprint_px;
         Scene {
             place: Point {
-                x_px: (f64::from(centre.x_px) + reach * side()) as f32,
-                y_px: (f64::from(centre.y_px) + reach * side()) as f32,
+                x_px: (f64::from(center.x_px) + reach * side()) as f32,
+                y_px: (f64::from(center.y_px) + reach * side()) as f32,
             },
             heading_rad: self.rotation_rad * side(),
             altitude_ratio: self.altitude_ratio.powf(side()),

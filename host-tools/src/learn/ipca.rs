@@ -130,17 +130,17 @@ impl IncrementalPca {
                 *mean += x / n;
             }
         }
-        let centred = Mat::from_fn(pca.count, pixels, |i, pixel| {
+        let centered = Mat::from_fn(pca.count, pixels, |i, pixel| {
             vectors[i * pixels + pixel] - pca.mean[pixel]
         });
-        let energy = centred.squared_norm_l2();
+        let energy = centered.squared_norm_l2();
         if !energy.is_finite() {
             return None;
         }
-        let decomposed = centred.thin_svd().ok()?;
+        let decomposed = centered.thin_svd().ok()?;
         let singular = decomposed.S().column_vector();
         let floor = RESIDUAL_TOLERANCE * energy.sqrt();
-        // n centred vectors span at most n − 1 dimensions.
+        // n centered vectors span at most n − 1 dimensions.
         let most = pixels.min(pca.count - 1);
         pca.eigenvalues = (0..most)
             .map(|i| singular[i])
@@ -159,7 +159,7 @@ impl IncrementalPca {
         if k > 0 {
             product(
                 &mut pca.coefficients,
-                centred.as_ref(),
+                centered.as_ref(),
                 MatRef::from_row_major_slice(&pca.basis, k, pixels).transpose(),
             );
         }
@@ -442,8 +442,8 @@ mod tests {
         let mean: Vec<f64> = (0..m)
             .map(|pixel| vectors.iter().map(|x| x[pixel]).sum::<f64>() / n as f64)
             .collect();
-        let centred = Mat::from_fn(n, m, |i, pixel| vectors[i][pixel] - mean[pixel]);
-        let covariance = centred.transpose() * &centred;
+        let centered = Mat::from_fn(n, m, |i, pixel| vectors[i][pixel] - mean[pixel]);
+        let covariance = centered.transpose() * &centered;
         let eigen = covariance
             .self_adjoint_eigen(Side::Lower)
             .expect("convergence");

@@ -6,7 +6,7 @@
 
 use eigenmark_core::{atlas::Blur, eigenspace::Normalize};
 
-/// A symmetric one-dimensional kernel, centre first: weights at distance 0, 1, 2, …
+/// A symmetric one-dimensional kernel, center first: weights at distance 0, 1, 2, …
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kernel(Vec<f64>);
 

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     map::{Grid, GridError, Map},
-    select::Selection,
+    select::{Dissimilarity, Selection},
 };
 
 /// Scales that can be chosen.
@@ -81,7 +81,7 @@ impl Settings {
             && WHITENINGS.contains(&self.whiten)
             && match &self.selection {
                 Selection::All => true,
-                Selection::Best(best) => best.landmarks > 0 && best.spacing_px >= 0.0,
+                Selection::Best(best) => best.is_sound(),
             }
     }
 
@@ -95,6 +95,16 @@ impl Settings {
     #[must_use]
     pub fn view_side(&self) -> u32 {
         (f64::from(self.view_size_px) / self.scale) as u32
+    }
+
+    /// What a profile averages: the selection's own choice, or the dissimilarity of the metric.
+    #[must_use]
+    pub fn dissimilarity(&self) -> Dissimilarity {
+        let chosen = match &self.selection {
+            Selection::All => None,
+            Selection::Best(best) => best.dissimilarity,
+        };
+        chosen.unwrap_or(self.metric.into())
     }
 
     /// The candidates of `map`.

@@ -186,7 +186,7 @@ fn river_x(y: f64) -> f64 {
     880.0 + 420.0 * t - 2100.0 * t * (t - 0.42) * (t + 0.38)
 }
 
-/// The district whose centre is nearest, and how far its border with the next is.
+/// The district whose center is nearest, and how far its border with the next is.
 fn nearest_district(x: f64, y: f64) -> (usize, f64) {
     // Bend the borders a little, so that avenues are not perfectly straight.
     let x = x + 26.0 * smooth_noise(x / 170.0, y / 170.0, 4);

@@ -1,7 +1,7 @@
 //! Which windows of a map are candidates.
 //!
-//! The report's layout (section 3.1, corrected): windows side by side in rows, then windows centred on the inner
-//! corners of the first. On a map whose sides are not whole multiples of the window, the rows are centred. A dense
+//! The report's layout (section 3.1, corrected): windows side by side in rows, then windows centered on the inner
+//! corners of the first. On a map whose sides are not whole multiples of the window, the rows are centered. A dense
 //! grid instead takes a window every `stride` pixels.
 
 use eigenmark_core::landmark::{
@@ -95,7 +95,7 @@ impl Grid {
         self.window_px
     }
 
-    /// The lattices of window centres.
+    /// The lattices of window centers.
     #[must_use]
     pub fn lattices(&self) -> &Lattices {
         &self.lattices
@@ -107,7 +107,7 @@ impl Grid {
         candidate_count(&self.lattices)
     }
 
-    /// The place of candidate `view` (1-based): the centre of its window.
+    /// The place of candidate `view` (1-based): the center of its window.
     ///
     /// # Panics
     /// When there is no such candidate.

@@ -23,7 +23,7 @@ pub struct Selected {
     pub landmarks: Vec<u32>,
     /// What each landmark of an IPCA ranking adds: the norm of its residual to those before it.
     pub residuals: Option<Vec<f64>>,
-    /// The profile of all candidates; only when it was asked for, or needed.
+    /// The profile of all candidates; only when it was asked for.
     pub profiled: Option<Profiled>,
 }
 
@@ -57,7 +57,7 @@ pub enum SelectionError {
     },
     /// The distance between landmarks leaves no room for as many.
     #[error(
-        "{landmarks} landmarks are asked for, but only {found} are {spacing_px} map pixels apart; \
+        "{landmarks} landmarks are asked for, but after {found} no view is {spacing_px} map pixels away from all; \
          choose fewer, or a smaller --spacing"
     )]
     TooFar {
@@ -108,10 +108,14 @@ impl Best {
         Some(preselection.keep.unwrap_or(candidates.div_ceil(4)))
     }
 
-    /// What selecting says when there are no more than `found` such landmarks.
-    pub(crate) fn too_few(&self, found: usize) -> SelectionError {
-        let landmarks = self.landmarks;
-        if self.spacing_px > 0.0 {
+    /// What selecting says when it ends with `found`, while others could still be selected or not.
+    pub(crate) fn too_few(&self, found: &[u32], eligible: &Eligible) -> SelectionError {
+        let (landmarks, found_all) = (self.landmarks, found);
+        let mut others = eligible.candidates().iter();
+        let is_admitted =
+            others.any(|&other| !found_all.contains(&other) && eligible.admits(other, found_all));
+        let found = found.len();
+        if self.spacing_px > 0.0 && !is_admitted {
             SelectionError::TooFar {
                 landmarks,
                 found,
@@ -215,13 +219,13 @@ impl Chooser<'_> {
             } => {
                 let ranked = self.by_ipca(best, eligible, start, *stop_residual)?;
                 if ranked.ranking.len() < landmarks && ranked.stop != Stop::Residual {
-                    return Err(best.too_few(ranked.ranking.len()));
+                    return Err(best.too_few(&ranked.ranking, eligible));
                 }
                 return Ok((ranked.ranking, Some(ranked.residuals)));
             }
         };
         if selected.len() < landmarks {
-            return Err(best.too_few(selected.len()));
+            return Err(best.too_few(&selected, eligible));
         }
         Ok((selected, None))
     }

@@ -35,7 +35,7 @@ impl Eligible {
         }
     }
 
-    /// The same candidates, but selected ones must be at least `minimum_px` map pixels apart. `places` are the centres
+    /// The same candidates, but selected ones must be at least `minimum_px` map pixels apart. `places` are the centers
     /// of every candidate of the grid, candidate 1 first.
     #[must_use]
     pub fn spaced(self, places: Vec<Point>, minimum_px: f32) -> Self {

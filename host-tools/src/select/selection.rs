@@ -93,4 +93,18 @@ impl Best {
             spacing_px: 0.0,
         }
     }
+
+    /// Whether its numbers make sense; a selection read from a file may be anything.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let is_threshold = |residual: f64| residual.is_finite() && residual >= 0.0;
+        self.landmarks > 0
+            && self.spacing_px.is_finite()
+            && self.spacing_px >= 0.0
+            && self.preselection.is_none_or(|some| some.keep != Some(0))
+            && match &self.method {
+                Method::Ipca { stop_residual, .. } => stop_residual.is_none_or(is_threshold),
+                Method::Profile | Method::Reliable => true,
+            }
+    }
 }

@@ -1,6 +1,6 @@
 //! Rendering a frame from the map.
 //!
-//! The largest centred square of the frame of a camera that looks straight down covers `altitude_ratio × footprint` of
+//! The largest centered square of the frame of a camera that looks straight down covers `altitude_ratio × footprint` of
 //! the map around its position, turned by its heading (clockwise from map-up to frame-up). Roll and pitch then turn the
 //! camera, as in the core's `preprocess::Pose`. Every pixel is the mean of bilinear samples spread over its area, so
 //! that frames coarser than the map are anti-aliased; then gamma, then noise.
@@ -73,7 +73,7 @@ impl Camera {
         }
     }
 
-    /// The centred square of that camera alone: all that the core looks at, quicker to render.
+    /// The centered square of that camera alone: all that the core looks at, quicker to render.
     #[must_use]
     pub fn square_for(atlas: &Atlas<'_>) -> Self {
         Self {
@@ -144,7 +144,7 @@ impl Camera {
             [fixed(cos * step), fixed(sin * step)],
             [fixed(-sin * step), fixed(cos * step)],
         );
-        // The first sample of the top-left pixel; the map's pixel centres lie at halves.
+        // The first sample of the top-left pixel; the map's pixel centers lie at halves.
         let across = 0.5 - f64::from(self.width) / 2.0 * f64::from(samples);
         let along = 0.5 - f64::from(self.height) / 2.0 * f64::from(samples);
         let first = [
@@ -190,7 +190,7 @@ impl Camera {
                     let (across, along) = (share(index % samples), share(index / samples));
                     if let Some([x, y]) = projection.ground([corner[0] + across, corner[1] + along])
                     {
-                        // The map's pixel centres lie at halves.
+                        // The map's pixel centers lie at halves.
                         sum += u64::from(sampler.bilinear(fixed(x - 0.5), fixed(y - 0.5)));
                     }
                 }
@@ -271,7 +271,7 @@ fn expose(level: u8, levels: &[f64], noise: f64, random: &mut impl Rng) -> u8 {
     (level + 0.5).clamp(0.0, 255.0) as u8 // truncates
 }
 
-/// The map between its pixel centres, in fixed point: a frame is a few hundred thousand samples.
+/// The map between its pixel centers, in fixed point: a frame is a few hundred thousand samples.
 struct Sampler<'a> {
     pixels: &'a [u8],
     width: usize,
@@ -287,7 +287,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// 2¹⁶ times the level at (x, y), in 1/2¹⁶ pixels; pixel centres lie at whole pixels.
+    /// 2¹⁶ times the level at (x, y), in 1/2¹⁶ pixels; pixel centers lie at whole pixels.
     #[inline]
     fn bilinear(&self, x: i64, y: i64) -> u32 {
         let (u, v) = ((x >> 8 & 0xff) as u32, (y >> 8 & 0xff) as u32);

@@ -10,18 +10,26 @@ use eigenmark_core::atlas::{Atlas, AtlasError, Training};
 
 use crate::{
     atlas::{AtlasBuffer, CalibrationError, Folded, calibrate, radii},
-    learn::{Candidates, CandidatesError, Model, PcaError, Preprocess, Settings},
+    learn::{Candidates, CandidatesError, Fold, Model, PcaError, Preprocess, Rows, Settings},
     map::{GridError, Map},
     output::Progress,
     select::{Selected, Selection, SelectionError, select},
 };
 
 pub use merge::{MergeError, fold_shard, joined, merge};
-pub use part::{MAX_PART_BYTES, Part, PartError, Shard};
+pub use part::{Part, PartError, Shard};
+
+/// Memory that the coordinates of all candidates may take, copies included: all that grows with their number.
+const MAX_COORDINATE_BYTES: u64 = 4 << 30;
+
+/// Of each: the coordinate itself, and what ranking makes of it.
+const COORDINATE_BYTES: u64 = 3 * size_of::<f64>() as u64;
 
 /// Everything training makes; the atlas is what flies, the rest is for judging and exporting.
 #[derive(Debug)]
 pub struct Trained {
+    /// What it was trained for.
+    pub settings: Settings,
     /// The candidates.
     pub candidates: Candidates,
     /// The eigenspace in f64.
@@ -43,6 +51,19 @@ pub enum TrainError {
     /// The candidates cannot be views.
     #[error(transparent)]
     Candidates(#[from] CandidatesError),
+    /// The coordinates of all candidates would not fit into memory.
+    #[error(
+        "{candidates} views of {dimensions} dimensions need {} MiB, {} are allowed; raise --stride",
+        bytes >> 20, MAX_COORDINATE_BYTES >> 20
+    )]
+    TooManyViews {
+        /// Number of candidates.
+        candidates: u32,
+        /// Dimensions of each.
+        dimensions: u8,
+        /// Bytes they would need.
+        bytes: u64,
+    },
     /// There is no eigenspace of that size.
     #[error(transparent)]
     Pca(#[from] PcaError),
@@ -88,8 +109,9 @@ pub fn learn(
     let _step = progress.step("learning the eigenspace");
     let candidates = lay_out(map, settings)?;
     let asked = usize::from(settings.dimensions);
-    let model = match Model::learn(&candidates, dimensions.max(asked)) {
-        Err(PcaError::BeyondRank { rank, .. }) => Model::learn(&candidates, rank.max(asked))?,
+    let fold = Fold::of(&candidates, 0, candidates.count());
+    let model = match Model::of_fold(&fold, dimensions.max(asked)) {
+        Err(PcaError::BeyondRank { rank, .. }) => Model::of_fold(&fold, rank.max(asked))?,
         result => result?,
     };
     Ok((candidates, model))
@@ -100,6 +122,15 @@ fn lay_out(map: &Map, settings: &Settings) -> Result<Candidates, TrainError> {
     let grid = settings.grid(map)?;
     if let Selection::Best(best) = &settings.selection {
         best.check(grid.count())?;
+    }
+    let (candidates, dimensions) = (grid.count(), settings.dimensions);
+    let bytes = u64::from(candidates) * u64::from(dimensions) * COORDINATE_BYTES;
+    if bytes > MAX_COORDINATE_BYTES {
+        return Err(TrainError::TooManyViews {
+            candidates,
+            dimensions,
+            bytes,
+        });
     }
     let side = settings.view_side();
     Candidates::check_side(side, settings.view_size_px)?;
@@ -150,6 +181,7 @@ fn finish(
     drop(step);
     let atlas = calibrate(map, &open, progress)?;
     Ok(Trained {
+        settings: settings.clone(),
         candidates,
         model,
         coordinates,

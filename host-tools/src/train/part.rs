@@ -3,7 +3,13 @@
 //! **File.** `EIGPART` and a version byte, the [`Part`] as postcard, and a CRC-32 (ISO-HDLC, little-endian) of all bytes
 //! before it. A file may come from anywhere: lengths, numbers and the checksum are checked before anything is used.
 
-use std::{fmt, str::FromStr};
+use std::{
+    fmt,
+    fs::File,
+    io::{self, Read},
+    path::Path,
+    str::FromStr,
+};
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +19,11 @@ use crate::learn::{Fold, Settings};
 const MAGIC: [u8; 8] = *b"EIGPART\x01";
 
 /// The largest file: products of views of 50×50 pixels take 50 MB.
-pub const MAX_PART_BYTES: u64 = 64 << 20;
+const MAX_PART_BYTES: u64 = 64 << 20;
+
+/// No number of a vector is larger: 255 gray levels, or the square root of the largest number of pixels under unit
+/// variance; a high-pass doubles it at most.
+const LARGEST: f64 = 512.0;
 
 /// Which share of the candidates: part `index` of `of`, 1-based.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,6 +48,12 @@ pub struct Part {
 /// Why bytes are not a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PartError {
+    /// The file cannot be read.
+    #[error("cannot read: {0}")]
+    Read(io::ErrorKind),
+    /// The file has more bytes than a part can have.
+    #[error("no part of a training: a part has at most {MAX_PART_BYTES} bytes")]
+    TooLarge,
     /// They begin with something else.
     #[error("no part of a training: it does not begin with EIGPART and version {}", MAGIC[7])]
     Magic,
@@ -117,6 +133,23 @@ impl Part {
         bytes
     }
 
+    /// Reads a part from a file, which may be of any kind and size.
+    ///
+    /// # Errors
+    /// When it cannot be read, is too large, or is no part, or a damaged one.
+    pub fn read(path: &Path) -> Result<Self, PartError> {
+        let mut bytes = Vec::new();
+        let read = |error: io::Error| PartError::Read(error.kind());
+        let file = File::open(path).map_err(read)?;
+        file.take(MAX_PART_BYTES + 1)
+            .read_to_end(&mut bytes)
+            .map_err(read)?;
+        if bytes.len() as u64 > MAX_PART_BYTES {
+            return Err(PartError::TooLarge);
+        }
+        Self::parse(&bytes)
+    }
+
     /// Reads a file's bytes.
     ///
     /// # Errors
@@ -132,7 +165,8 @@ impl Part {
         let (part, rest) =
             postcard::take_from_bytes::<Self>(body).map_err(|_| PartError::Contents)?;
         let is_shard = Shard::new(part.shard.index, part.shard.of).is_some();
-        if is_shard && rest.is_empty() && part.fold.is_sound() && part.settings.is_sound() {
+        let is_sound = part.fold.is_sound(LARGEST) && part.settings.is_sound();
+        if is_shard && rest.is_empty() && is_sound {
             Ok(part)
         } else {
             Err(PartError::Contents)

@@ -1,7 +1,7 @@
 //! The general view path: a frame of known [`Pose`], sampled as if it had been taken at the nominal one.
 //!
 //! Turned by the heading, scaled by the altitude and levelled against roll and pitch, the view shows one footprint
-//! with map-up up, whatever the vehicle did. All of the frame is looked at, not only its centred square.
+//! with map-up up, whatever the vehicle did. All of the frame is looked at, not only its centered square.
 //!
 //! **Notation.** (dx, dy) is a point of the nominal view, right and down in half sides, −1 to 1; as nominal views are
 //! maps, it is a point of the ground, too. h is the heading, φ the roll, θ the pitch, q the side of the frame's

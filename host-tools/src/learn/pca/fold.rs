@@ -3,7 +3,7 @@
 //! **Notation.** n vectors of m numbers; products are Σ (x − x̄)(x − x̄)ᵀ, m×m, of which the lower triangle is kept.
 //!
 //! **Method.** Fewer than m vectors are kept as they are: less to keep, and (n×n) products of them are all that is
-//! needed. From m vectors on, blocks of them are centred about their own mean and added to the products in double
+//! needed. From m vectors on, blocks of them are centered about their own mean and added to the products in double
 //! precision; two groups join by report section 2.1.2's idea for many vectors at once (T. F. Chan, G. H. Golub and R. J.
 //! LeVeque, *Updating formulae and a pairwise algorithm for computing sample variances*, 1979):
 //! products = products₁ + products₂ + n₁n₂/(n₁ + n₂)·(x̄₁ − x̄₂)(x̄₁ − x̄₂)ᵀ.
@@ -24,7 +24,7 @@ use super::super::Rows;
 /// Parts that are folded at the same time: fixed, so that results are the same for any number of threads.
 const PARTS: usize = 8;
 
-/// Vectors that are centred and multiplied at once.
+/// Vectors that are centered and multiplied at once.
 const BLOCK: usize = 512;
 
 /// What PCA needs to know of some vectors.
@@ -127,22 +127,26 @@ impl Fold {
         self.pixels
     }
 
-    /// Whether its lengths agree and its numbers are finite; a fold that was read from a file may be anything.
+    /// Whether its lengths agree and its numbers can be those of vectors whose numbers are at most `largest`; a fold that
+    /// was read from a file may be anything.
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_sound(&self, largest: f64) -> bool {
         let m = self.pixels;
         m > 0
             && match &self.vectors {
                 Vectors::Few(few) => {
                     few.len().is_multiple_of(m)
                         && few.len() / m < m
-                        && few.iter().all(|x| x.is_finite())
+                        && few.iter().all(|x| f64::from(x.abs()) <= largest)
                 }
                 Vectors::Many(products) => {
-                    products.mean.len() == m
+                    let most = 4.0 * largest * largest * products.count as f64;
+                    products.count >= m
+                        && products.mean.len() == m
                         && Some(products.values.len()) == m.checked_mul(m)
-                        && products.mean.iter().all(|x| x.is_finite())
-                        && products.values.iter().all(|x| x.is_finite())
+                        && products.mean.iter().all(|x| x.abs() <= largest)
+                        && products.values.iter().all(|x| x.abs() <= most)
+                        && (0..m).all(|i| products.values[i * m + i] >= 0.0)
                 }
             }
     }

@@ -1,6 +1,6 @@
 //! The leading eigenvectors when both products would be too large: orthogonal iteration from a random start.
 //!
-//! **Notation.** A is m×n, the centred vectors as columns; Q m×s, orthonormal, s somewhat more than k.
+//! **Notation.** A is m×n, the centered vectors as columns; Q m×s, orthonormal, s somewhat more than k.
 //!
 //! **Method.** Z = A·(Aᵀ·Q) in one pass over the vectors; the eigenvectors of QᵀZ (s×s) turn Q to the best eigenvectors
 //! within its span (Rayleigh-Ritz), and ‖Z·w − θ·Q·w‖ says how good they are. Z made orthonormal is the next Q.

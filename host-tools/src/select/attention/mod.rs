@@ -9,7 +9,7 @@
 //!
 //! **Method.** Details finer than a view pixel cannot be seen on board, so that no operator sees them either: the map
 //! is averaged over a square of one pitch around every pixel, and the operators' taps are one pitch apart. The
-//! response at a map pixel is thus what the textbook operator finds in a view that has a pixel centred there; a view
+//! response at a map pixel is thus what the textbook operator finds in a view that has a pixel centered there; a view
 //! picture reduced once would only tell that for one of pitch² alignments, and the candidates of a grid have others.
 //! A candidate's attention is the mean response over the central half of its window (half the width, half the height):
 //! the report complains (5.1) of remarkable features at the border of views, from where a small deviation moves them
@@ -116,9 +116,9 @@ mod tests {
     /// average of nine f32, which the fourth power of Harris magnifies; relative to the largest.
     const TOLERANCE: f32 = 1e-4;
 
-    /// A dark map with one bright square of `side` pixels centred at (x, y).
+    /// A dark map with one bright square of `side` pixels centered at (x, y).
     fn with_square(width: u32, height: u32, (x, y): (u32, u32), side: u32) -> Map {
-        let near = |at: u32, centre: u32| (centre - side / 2..centre + side / 2).contains(&at);
+        let near = |at: u32, center: u32| (center - side / 2..center + side / 2).contains(&at);
         let picture = GrayImage::from_fn(width, height, |column, row| {
             Luma([if near(column, x) && near(row, y) {
                 200
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn the_response_is_that_of_a_view_whose_pixel_is_centred_there() {
+    fn the_response_is_that_of_a_view_whose_pixel_is_centered_there() {
         let small = GrayImage::from_fn(24, 20, |x, y| {
             Luma([((x * x * 7 + y * 31 + x * y) % 256) as u8])
         });
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn features_at_the_centre_draw_more_attention_than_at_the_border() {
+    fn features_at_the_center_draw_more_attention_than_at_the_border() {
         let map = with_square(120, 120, (60, 60), 12);
         let grid = Grid::dense(&map, 40, 4).expect("fits");
         let candidate = |corner| {
@@ -194,18 +194,18 @@ mod tests {
                 .find(|&view| grid.corner(view) == corner)
                 .expect("on the grid")
         };
-        let (centred, aside) = (candidate((40, 40)), candidate((56, 40)));
+        let (centered, aside) = (candidate((40, 40)), candidate((56, 40)));
         for attention in [Attention::Harris, Attention::Edges] {
             let attentions = attention.of_candidates(&map, &grid, 2.0);
             assert!(
-                attentions[centred as usize - 1] > attentions[aside as usize - 1],
+                attentions[centered as usize - 1] > attentions[aside as usize - 1],
                 "{attention:?}"
             );
-            assert!(preselect(&map, &grid, attention, 2.0, 30).contains(&centred));
+            assert!(preselect(&map, &grid, attention, 2.0, 30).contains(&centered));
         }
         // Entropy has a window of its own, and the whole square is in both.
         let attentions = Attention::Entropy.of_candidates(&map, &grid, 1.0);
-        assert!(attentions[centred as usize - 1] > attentions[candidate((64, 64)) as usize - 1]);
+        assert!(attentions[centered as usize - 1] > attentions[candidate((64, 64)) as usize - 1]);
     }
 
     #[test]

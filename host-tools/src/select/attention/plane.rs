@@ -92,7 +92,7 @@ impl Plane {
         self.values[y * self.width + x]
     }
 
-    /// The mean over the square of `side`×`side` pixels centred on every pixel. Squares of even sides cover half of
+    /// The mean over the square of `side`×`side` pixels centered on every pixel. Squares of even sides cover half of
     /// the pixels at their border.
     pub(super) fn averaged(&self, side: usize) -> Self {
         if side < 2 {

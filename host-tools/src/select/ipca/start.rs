@@ -14,21 +14,26 @@ use crate::simulate::seeded;
 /// The stream of random numbers that belongs to start lists.
 const STREAM: u64 = 0x1bca;
 
+/// How often candidates are drawn when those drawn are too close to others.
+const DRAWS: usize = 100;
+
 /// `size` different candidates (1-based) that may be landmarks together, the same for the same seed.
 ///
 /// # Errors
 /// When there are not so many, or the draw finds no more that keep their distance.
 pub fn random_start(eligible: &Eligible, size: usize, seed: u64) -> Result<Vec<u32>, IpcaError> {
+    let mut random = seeded(seed, STREAM);
     let mut drawn = eligible.candidates().to_vec();
-    drawn.shuffle(&mut seeded(seed, STREAM));
-    let start = eligible.best_of(&drawn, size);
-    if start.len() < size {
-        return Err(IpcaError::TooFew {
-            asked: size,
-            found: start.len(),
-        });
+    let mut found = 0;
+    for _ in 0..DRAWS {
+        drawn.shuffle(&mut random);
+        let start = eligible.best_of(&drawn, size);
+        if start.len() == size {
+            return Ok(start);
+        }
+        found = found.max(start.len());
     }
-    Ok(start)
+    Err(IpcaError::TooFew { asked: size, found })
 }
 
 /// A selection that has its first landmarks.
