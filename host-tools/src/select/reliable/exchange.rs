@@ -16,7 +16,7 @@
 //!
 //! **Cost.** n·l·(k + 1) operations per swap, n for the candidates that are out of the question.
 //!
-//! **Limits.** No single exchange improves the result; two at once might.
+//! **Limits.** No single exchange improves the result, unless [`ROUNDS`] ended it; two at once might.
 
 use std::cmp::Ordering;
 
