@@ -25,11 +25,11 @@ pub struct Cmd {
     map: String,
     #[command(flatten)]
     settings: SettingsArgs,
-    #[command(flatten)]
-    best: BestArgs,
     /// Print the comparison as JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    best: BestArgs,
 }
 
 impl Cmd {

@@ -32,8 +32,6 @@ pub struct Cmd {
     out: PathBuf,
     #[command(flatten)]
     settings: SettingsArgs,
-    #[command(flatten)]
-    selection: SelectionArgs,
     /// Only fold this share of the views, such as 2/4; --out is then a part for `merge`
     #[arg(long, value_name = "I/N", conflicts_with = "export")]
     shard: Option<Shard>,
@@ -43,6 +41,8 @@ pub struct Cmd {
     /// Print what was made as JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    selection: SelectionArgs,
 }
 
 /// The largest distance matrix that is exported: 8192² numbers are 512 MiB.

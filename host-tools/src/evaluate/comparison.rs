@@ -402,9 +402,9 @@ mod tests {
         assert_eq!(across.dims[14..], [82], "83 views span one dimension less");
         assert_eq!(
             (across.kendall_tau.len(), across.spearman_rho.len()),
-            (13, 13)
+            (14, 14)
         );
-        assert_eq!(across.reliable.expect("many").overlaps.len(), 14);
+        assert_eq!(across.reliable.expect("many").overlaps.len(), 15);
     }
 
     #[test]
