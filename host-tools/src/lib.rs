@@ -5,12 +5,12 @@
 //! | folder | does | twin in the core |
 //! | --- | --- | --- |
 //! | [`map`] | loads aerial maps, draws the built-in one, lays out candidates | `frame`, `landmark::lattice` |
-//! | [`learn`] | candidates as views, preprocessing, PCA | `preprocess`, `eigenspace` |
-//! | [`select`] | which candidates become landmarks | `landmark` |
+//! | [`learn`] | candidates as vectors, preprocessing, PCA at once, in parts, one by one | `preprocess`, `eigenspace`, `explore` |
+//! | [`select`] | which candidates become landmarks, and how far selections agree | `landmark`, `explore` |
 //! | [`atlas`] | folds, quantizes, calibrates, reads and writes atlases | `atlas` |
-//! | [`train`] | the whole way, from map to atlas | — |
+//! | [`train`] | the whole way, from map to atlas, also in parts | — |
 //! | [`simulate`] | a camera over the map | — |
-//! | [`evaluate`] | how often the core is right when the view deviates | `localizer` |
+//! | [`evaluate`] | how often the core is right when the view deviates; selections side by side | `localizer` |
 //! | [`report`] | self-contained HTML pages | — |
 //! | [`output`] | files that are whole or absent, NumPy arrays, progress | — |
 //!
