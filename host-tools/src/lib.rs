@@ -5,7 +5,7 @@
 //! | folder | does | twin in the core |
 //! | --- | --- | --- |
 //! | [`map`] | loads aerial maps, draws the built-in one, lays out candidates | `frame`, `landmark::lattice` |
-//! | [`learn`] | candidates as vectors, preprocessing, PCA at once, in parts, one by one | `preprocess`, `eigenspace`, `explore` |
+//! | [`learn`] | vectors of candidates, preprocessing, PCA at once, in parts, one by one | `preprocess`, `eigenspace`, `explore` |
 //! | [`select`] | which candidates become landmarks, and how far selections agree | `landmark`, `explore` |
 //! | [`atlas`] | folds, quantizes, calibrates, reads and writes atlases | `atlas` |
 //! | [`train`] | the whole way, from map to atlas, also in parts | — |
