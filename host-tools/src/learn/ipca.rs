@@ -21,6 +21,8 @@ use eigenmark_core::explore::Change;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
+use super::{pca::has_wrong_sign, preprocess::add_scaled};
+
 /// Residuals up to this share of ‖x − x̄‖, or of ‖x̄‖ where that is larger, are rounding: they have no direction worth
 /// a dimension.
 ///
@@ -407,22 +409,8 @@ fn product(out: &mut [f64], left: MatRef<'_, f64>, right: MatRef<'_, f64>) {
     matmul(out, Accum::Replace, left, right, 1.0, Par::Seq);
 }
 
-fn add_scaled(vector: &mut [f64], factor: f64, direction: &[f64]) {
-    for (x, d) in vector.iter_mut().zip(direction) {
-        *x += factor * d;
-    }
-}
-
 fn norm(vector: &[f64]) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// Whether the entry of largest magnitude is negative; of equals the first decides.
-fn has_wrong_sign(vector: &[f64]) -> bool {
-    vector.iter().fold(
-        0.0_f64,
-        |best, &x| if x.abs() > best.abs() { x } else { best },
-    ) < 0.0
 }
 
 #[cfg(test)]

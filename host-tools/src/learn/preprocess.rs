@@ -99,7 +99,7 @@ impl Kernel {
 }
 
 /// `out` += `weight`·`row`, as far as `out` goes.
-fn add_scaled(out: &mut [f64], weight: f64, row: &[f64]) {
+pub(super) fn add_scaled(out: &mut [f64], weight: f64, row: &[f64]) {
     for (out, x) in out.iter_mut().zip(row) {
         *out += weight * x;
     }

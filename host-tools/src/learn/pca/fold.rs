@@ -189,13 +189,7 @@ impl Products {
     fn add(&mut self, block: &[f32], centered: &mut [f64]) {
         let pixels = self.mean.len();
         let count = block.len() / pixels;
-        let mut mean = vec![0.0; pixels];
-        for row in block.chunks_exact(pixels) {
-            for (sum, &x) in mean.iter_mut().zip(row) {
-                *sum += f64::from(x);
-            }
-        }
-        mean.iter_mut().for_each(|sum| *sum /= count as f64);
+        let mean = mean_of(block, pixels);
         let rows = centered.chunks_exact_mut(pixels);
         for (centered, row) in rows.zip(block.chunks_exact(pixels)) {
             for ((centered, &x), mean) in centered.iter_mut().zip(row).zip(&mean) {
@@ -262,15 +256,22 @@ fn add_products(values: &mut [f64], vectors: MatRef<'_, f64>) {
 /// Few vectors (rows of `pixels` numbers) about their mean, m×n, and the mean.
 pub(super) fn center(few: &[f32], pixels: usize) -> (Mat<f64>, Vec<f64>) {
     let count = few.len() / pixels;
-    let mut mean = vec![0.0; pixels];
-    for row in few.chunks_exact(pixels) {
-        for (sum, &x) in mean.iter_mut().zip(row) {
-            *sum += f64::from(x);
-        }
-    }
-    mean.iter_mut().for_each(|sum| *sum /= count.max(1) as f64);
+    let mean = mean_of(few, pixels);
     let centered = Mat::from_fn(pixels, count, |i, j| {
         f64::from(few[j * pixels + i]) - mean[i]
     });
     (centered, mean)
+}
+
+/// The mean of vectors (rows of `pixels` numbers); zeros when there are none.
+fn mean_of(vectors: &[f32], pixels: usize) -> Vec<f64> {
+    let mut mean = vec![0.0; pixels];
+    for row in vectors.chunks_exact(pixels) {
+        for (sum, &x) in mean.iter_mut().zip(row) {
+            *sum += f64::from(x);
+        }
+    }
+    let count = (vectors.len() / pixels).max(1);
+    mean.iter_mut().for_each(|sum| *sum /= count as f64);
+    mean
 }

@@ -234,15 +234,19 @@ impl Model {
     }
 }
 
-/// Makes the entry of largest magnitude positive; of equals the first decides.
+/// Makes the entry of largest magnitude positive.
 fn fix_sign(row: &mut [f64]) {
-    let largest = row.iter().fold(
-        0.0_f64,
-        |best, &x| if x.abs() > best.abs() { x } else { best },
-    );
-    if largest < 0.0 {
+    if has_wrong_sign(row) {
         row.iter_mut().for_each(|x| *x = -*x);
     }
+}
+
+/// Whether the entry of largest magnitude is negative; of equals the first decides.
+pub(super) fn has_wrong_sign(vector: &[f64]) -> bool {
+    vector.iter().fold(
+        0.0_f64,
+        |best, &x| if x.abs() > best.abs() { x } else { best },
+    ) < 0.0
 }
 
 #[cfg(test)]
