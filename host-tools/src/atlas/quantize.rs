@@ -1,6 +1,6 @@
 //! From an eigenspace in f64 to the integers that fly.
 //!
-//! Each basis row is whitened, turned through blur and high-pass onto the pixels ([`Preprocess::fold`]), and scaled so
+//! Each basis row is whitened, turned through blur and high-pass onto the pixels ([`PixelBasis`]), and scaled so
 //! that its largest weight uses 16 bits while 255·Σ|w| stays below 2³¹. Coefficients share one step, so that distances
 //! are computed in integers; the step is chosen so that the largest coordinate any view can have fits, or
 //! [`HEADROOM`] times the largest that a candidate has when that is less.
@@ -20,7 +20,7 @@ use eigenmark_core::{
 
 use super::AtlasBuffer;
 use crate::{
-    learn::{Candidates, Model, Preprocess, Settings},
+    learn::{Candidates, Model, PixelBasis, Settings},
     map::Map,
 };
 
@@ -53,8 +53,8 @@ pub struct Folded {
 }
 
 /// One basis row on the pixels, in f64, and the range of its coordinate over all views.
-struct PixelRow {
-    weights: Vec<f64>,
+struct PixelRow<'a> {
+    weights: &'a [f64],
     offset: f64,
     whitening: f64,
     largest: f64,
@@ -75,14 +75,17 @@ impl Folded {
         candidates: &Candidates,
         settings: &Settings,
     ) -> Self {
-        let preprocess = candidates.preprocess();
         let side = settings.view_side() as u8;
         let dimensions = settings.dimensions;
         let normalize = settings.normalize;
-        let pixel_rows: Vec<PixelRow> = model
+        let basis = PixelBasis::new(model, candidates.preprocess(), settings.whiten);
+        let pixel_rows: Vec<PixelRow> = basis
             .rows()
+            .zip(basis.offsets())
             .zip(model.whitening(settings.whiten))
-            .map(|(basis, whitening)| PixelRow::new(basis, whitening, &model.mean, preprocess))
+            .map(|((weights, &offset), whitening)| {
+                PixelRow::new(weights, offset, whitening, normalize)
+            })
             .collect();
 
         let reachable = pixel_rows.iter().map(|row| row.largest).fold(0.0, f64::max);
@@ -96,7 +99,7 @@ impl Folded {
         let mut weights = vec![0; weight_count(side, dimensions)];
         let (mut rows, mut squared_error) = (Vec::new(), 0.0);
         for (pixel_row, r) in pixel_rows.iter().zip(0..) {
-            let rounded = Rounded::to_i16(&pixel_row.weights, normalize != Normalize::None);
+            let rounded = Rounded::to_i16(pixel_row.weights, normalize != Normalize::None);
             for (&weight, pixel) in rounded.weights.iter().zip(0..) {
                 weights[weight_index(side, r, pixel)] = weight as i16;
             }
@@ -205,16 +208,10 @@ impl Folded {
     }
 }
 
-impl PixelRow {
-    fn new(basis: &[f64], whitening: f64, mean: &[f64], preprocess: &Preprocess) -> Self {
-        let weights: Vec<f64> = preprocess
-            .fold(basis)
-            .iter()
-            .map(|weight| weight * whitening)
-            .collect();
-        let offset = whitening * basis.iter().zip(mean).map(|(e, x)| e * x).sum::<f64>();
-        let largest = match preprocess.normalize() {
-            Normalize::Std => (weights.len() as f64).sqrt() * norm(&weights) + offset.abs(),
+impl<'a> PixelRow<'a> {
+    fn new(weights: &'a [f64], offset: f64, whitening: f64, normalize: Normalize) -> Self {
+        let largest = match normalize {
+            Normalize::Std => (weights.len() as f64).sqrt() * norm(weights) + offset.abs(),
             // Under `Mean` the weights add up to zero, so n(y) may be replaced by y.
             Normalize::None | Normalize::Mean => {
                 let (above, below) = signed_sums(weights.iter().copied());
@@ -236,7 +233,7 @@ impl PixelRow {
         let deltas: Vec<f64> = rounded
             .weights
             .iter()
-            .zip(&self.weights)
+            .zip(self.weights)
             .map(|(&integer, exact)| f64::from(integer) / rounded.factor - exact)
             .collect();
         let of_weights = match normalize {

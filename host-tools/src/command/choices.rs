@@ -1,7 +1,10 @@
 //! The words that options accept, and the values they stand for.
 
 use clap::ValueEnum;
-use eigenmark::select::{Attention, Dissimilarity};
+use eigenmark::{
+    evaluate::Deviation,
+    select::{Attention, Dissimilarity},
+};
 use eigenmark_core::{
     atlas,
     eigenspace::Normalize,
@@ -144,6 +147,27 @@ impl From<WidthChoice> for Width {
         match choice {
             WidthChoice::I16 => Self::I16,
             WidthChoice::I8 => Self::I8,
+        }
+    }
+}
+
+/// Named distributions of errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DeviationChoice {
+    /// ±2°, ±2 % shift, altitude to 1.02, gamma to 1.05, noise
+    Slight,
+    /// ±20°, ±15 % shift, altitude to 1.2, gamma to 2, more noise
+    Moderate,
+    /// The same, tilted by up to 8°, in motion by 5 % of the footprint, 5 % hidden
+    Rough,
+}
+
+impl From<DeviationChoice> for Deviation {
+    fn from(choice: DeviationChoice) -> Self {
+        match choice {
+            DeviationChoice::Slight => Self::SLIGHT,
+            DeviationChoice::Moderate => Self::MODERATE,
+            DeviationChoice::Rough => Self::ROUGH,
         }
     }
 }

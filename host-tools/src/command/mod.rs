@@ -3,6 +3,7 @@
 mod choices;
 mod compare;
 mod demo;
+mod evaluate;
 mod inspect;
 mod localize;
 mod merge;
@@ -17,8 +18,16 @@ use std::{
 
 use clap::{Parser, Subcommand, error::ErrorKind};
 
+/// Exit code of a criterion that was stated and is not met.
+const UNMET: u8 = 1;
+
 /// Exit code of unusable input or usage.
 const UNUSABLE: u8 = 2;
+
+/// The command did its work, and a criterion that was stated is not met.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct Unmet(String);
 
 /// Where a blimp or drone is, from one downward camera, on one microcontroller.
 #[derive(Debug, Parser)]
@@ -38,6 +47,7 @@ enum Command {
     Train(train::Cmd),
     Merge(merge::Cmd),
     Compare(compare::Cmd),
+    Evaluate(evaluate::Cmd),
     Localize(localize::Cmd),
     Inspect(inspect::Cmd),
 }
@@ -56,6 +66,7 @@ pub fn run() -> ExitCode {
         Command::Train(cmd) => cmd.run(),
         Command::Merge(cmd) => cmd.run(),
         Command::Compare(cmd) => cmd.run(),
+        Command::Evaluate(cmd) => cmd.run(),
         Command::Localize(cmd) => cmd.run(),
         Command::Inspect(cmd) => cmd.run(),
     };
@@ -64,7 +75,7 @@ pub fn run() -> ExitCode {
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {}", one_line(&format!("{error:#}")));
-            ExitCode::from(UNUSABLE)
+            ExitCode::from(if error.is::<Unmet>() { UNMET } else { UNUSABLE })
         }
     }
 }

@@ -2,16 +2,18 @@
 
 use std::f64::consts::PI;
 
-use eigenmark_core::{atlas::Atlas, landmark::Point, landmark::lattice::place};
+use eigenmark_core::landmark::Point;
 use rand::{Rng, RngExt};
+use serde::Serialize;
 
 use crate::{
     map::Map,
-    simulate::{Camera, Scene},
+    simulate::{Camera, Corner, Occlusion, Scene},
 };
 
-/// The largest deviation in each respect; each is drawn uniformly up to it, to both sides.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The largest deviation in each respect; each is drawn uniformly up to it, to both sides: angles, shifts, hidden shares
+/// and noise themselves, altitude and gamma by their logarithm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Deviation {
     /// Rotation, in radians.
     pub rotation_rad: f64,
@@ -23,12 +25,30 @@ pub struct Deviation {
     pub gamma: f64,
     /// Standard deviation of the noise, in gray levels.
     pub noise: f64,
+    /// Roll and pitch, in radians.
+    pub tilt_rad: f64,
+    /// Way during the exposure in x and in y, as a share of the footprint.
+    pub motion: f64,
+    /// Hidden share of the frame's square.
+    pub occlusion: f64,
 }
 
 /// Draws that are tried before a landmark counts as having no room on the map.
 const TRIES: usize = 2000;
 
 impl Deviation {
+    /// None at all.
+    pub const NONE: Self = Self {
+        rotation_rad: 0.0,
+        shift: 0.0,
+        altitude_ratio: 1.0,
+        gamma: 1.0,
+        noise: 0.0,
+        tilt_rad: 0.0,
+        motion: 0.0,
+        occlusion: 0.0,
+    };
+
     /// As slight as a vehicle hovering at the landmark with a compass and a barometer: what calibration uses.
     pub const SLIGHT: Self = Self {
         rotation_rad: 2.0 * PI / 180.0,
@@ -36,6 +56,7 @@ impl Deviation {
         altitude_ratio: 1.02,
         gamma: 1.05,
         noise: 2.0,
+        ..Self::NONE
     };
 
     /// About what the report found its landmarks to tolerate (section 3.5).
@@ -45,39 +66,58 @@ impl Deviation {
         altitude_ratio: 1.2,
         gamma: 2.0,
         noise: 8.0,
+        ..Self::NONE
     };
 
-    /// A random scene near landmark `landmark` (0-based) that lies on the map entirely; draws that do not are drawn
-    /// again. `None` when the landmark's window has no room to deviate.
+    /// A blimp in the wind with a compass that wanders: moderate, and tilted, in motion, and with something in the way.
+    pub const ROUGH: Self = Self {
+        tilt_rad: 8.0 * PI / 180.0,
+        motion: 0.05,
+        occlusion: 0.05,
+        ..Self::MODERATE
+    };
+
+    /// A random scene around a place, of which `camera` shows nothing beyond the map, and how many were drawn until one
+    /// was like that. `None` when none is, in many tries.
     pub fn draw(
         &self,
         map: &Map,
-        atlas: &Atlas<'_>,
-        landmark: usize,
+        camera: &Camera,
+        center: Point,
         random: &mut impl Rng,
-    ) -> Option<Scene> {
-        let record = atlas.landmarks().records().get(landmark)?;
-        let center = place(atlas.lattices(), record.view)?;
-        let footprint_px = f64::from(atlas.header().footprint_px);
-        (0..TRIES)
-            .map(|_| self.around(center, footprint_px, random))
-            .find(|scene| Camera::is_inside(map, footprint_px, scene))
+    ) -> Option<(Scene, usize)> {
+        (1..=TRIES)
+            .map(|tries| (self.around(center, camera.footprint_px(), random), tries))
+            .find(|(scene, _)| camera.is_on_map(map, scene))
     }
 
     fn around(&self, center: Point, footprint_px: f64, random: &mut impl Rng) -> Scene {
         let mut side = || random.random_range(-1.0..=1.0);
         let reach = self.shift * footprint_px;
-        Scene {
-            place: Point {
-                x_px: (f64::from(center.x_px) + reach * side()) as f32,
-                y_px: (f64::from(center.y_px) + reach * side()) as f32,
-            },
+        let place = Point {
+            x_px: (f64::from(center.x_px) + reach * side()) as f32,
+            y_px: (f64::from(center.y_px) + reach * side()) as f32,
+        };
+        let scene = Scene {
             heading_rad: self.rotation_rad * side(),
             altitude_ratio: self.altitude_ratio.powf(side()),
             gamma: self.gamma.powf(side()),
             noise: self.noise * side().abs(),
-            roll_rad: 0.0,
-            pitch_rad: 0.0,
+            ..Scene::nominal(place)
+        };
+        if self.tilt_rad == 0.0 && self.motion == 0.0 && self.occlusion == 0.0 {
+            return scene;
+        }
+        let way = self.motion * footprint_px;
+        Scene {
+            roll_rad: self.tilt_rad * side(),
+            pitch_rad: self.tilt_rad * side(),
+            motion_px: [way * side(), way * side()],
+            occlusion: Some(Occlusion {
+                share: self.occlusion * side().abs(),
+                corner: Corner::ALL[random.random_range(0..Corner::ALL.len())],
+            }),
+            ..scene
         }
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use eigenmark_core::{
     atlas::Atlas,
-    landmark::Point,
+    landmark::{Point, lattice::place},
     localizer::{Fix, Localizer},
 };
 use rand::RngExt;
@@ -124,10 +124,14 @@ pub fn fixes_around(
         .map(|&landmark| {
             let mut localizer = Localizer::new(atlas.clone());
             let mut random = seeded(seed, landmark as u64);
+            let record = atlas.landmarks().records().get(landmark);
+            let center = record.and_then(|record| place(atlas.lattices(), record.view));
             let mut frame = camera.frame();
             let mut fixes = Vec::with_capacity(views_per_landmark);
             for _ in 0..views_per_landmark {
-                let Some(scene) = deviation.draw(map, atlas, landmark, &mut random) else {
+                let drawn =
+                    center.and_then(|center| deviation.draw(map, &camera, center, &mut random));
+                let Some((scene, _)) = drawn else {
                     break;
                 };
                 camera.render(map, &scene, &mut random, &mut frame);

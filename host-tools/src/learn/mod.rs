@@ -3,6 +3,7 @@
 mod candidates;
 mod ipca;
 mod pca;
+mod pixel_basis;
 mod preprocess;
 mod rows;
 mod settings;
@@ -10,6 +11,7 @@ mod settings;
 pub use candidates::{Candidates, CandidatesError};
 pub use ipca::{Growth, IncrementalPca, RESIDUAL_TOLERANCE};
 pub use pca::{Fold, Model, PcaError, Route};
+pub use pixel_basis::PixelBasis;
 pub use preprocess::{Kernel, Preprocess};
 pub use rows::{Matrix, Rows};
 pub use settings::{HIGHPASSES, SCALES, Settings, WHITENINGS};

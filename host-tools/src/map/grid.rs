@@ -33,6 +33,14 @@ pub enum GridError {
         /// Height of the map.
         height: u32,
     },
+    /// A window lies beyond the map.
+    #[error("a view of {window_px}×{window_px} pixels around ({}, {}) does not lie on the map", place[0], place[1])]
+    OffMap {
+        /// Side of the window.
+        window_px: u32,
+        /// Its center, rounded down.
+        place: [i64; 2],
+    },
     /// There are more rows or columns than can be numbered.
     #[error(
         "a stride of {stride_px} gives more than 65535 views per row or column; choose a larger one"
@@ -86,6 +94,29 @@ impl Grid {
         Ok(Self {
             window_px,
             lattices: [only].into_iter().collect(),
+        })
+    }
+
+    /// The windows of `window_px`×`window_px` pixels around the points of some lattices, such as an atlas names.
+    ///
+    /// # Errors
+    /// When a window does not lie on the map.
+    pub fn around(map: &Map, window_px: u32, lattices: &Lattices) -> Result<Self, GridError> {
+        check_fit(map, window_px)?;
+        let half = window_px as f32 / 2.0;
+        let is_on_map = |at: f32, size: u32| at >= half && at + half <= size as f32;
+        for lattice in lattices {
+            let last = lattice.point(u32::from(lattice.columns) - 1, u32::from(lattice.rows) - 1);
+            for Point { x_px, y_px } in [lattice.origin, last] {
+                if !is_on_map(x_px, map.width()) || !is_on_map(y_px, map.height()) {
+                    let place = [x_px, y_px].map(|at| at as i64);
+                    return Err(GridError::OffMap { window_px, place });
+                }
+            }
+        }
+        Ok(Self {
+            window_px,
+            lattices: lattices.clone(),
         })
     }
 

@@ -26,10 +26,15 @@ impl Integral {
     /// Sums up a picture.
     #[must_use]
     pub fn new(luminance: &GrayImage) -> Self {
-        let width = luminance.width() as usize;
+        Self::of(luminance.as_raw(), luminance.width() as usize)
+    }
+
+    /// Sums up pixels, row-major, `width` per row.
+    #[must_use]
+    pub fn of(pixels: &[u8], width: usize) -> Self {
         let stride = width + 1;
-        let mut sums = vec![0_u32; stride * (luminance.height() as usize + 1)];
-        let rows = luminance.as_raw().chunks_exact(width.max(1));
+        let rows = pixels.chunks_exact(width.max(1));
+        let mut sums = vec![0_u32; stride * (rows.len() + 1)];
         for (y, row) in rows.enumerate() {
             let (above, below) = sums.split_at_mut((y + 1) * stride);
             let above = &above[y * stride + 1..];

@@ -77,6 +77,18 @@ pub fn metric_distance(metric: Metric, a: &[f64], b: &[f64]) -> f64 {
     }
 }
 
+/// What grows as b gets nearer to a, from a·b, ‖a‖² and ‖b‖² alone: for finding the nearest, not for measuring how near it
+/// is, because small distances drown in the rounding of large norms.
+pub(crate) fn nearness(metric: Metric, product: f64, squared_a: f64, squared_b: f64) -> f64 {
+    match metric {
+        Metric::Euclid => 2.0 * product - squared_b,
+        Metric::Nssd if squared_a + squared_b > 0.0 => product / (squared_a + squared_b),
+        Metric::Nssd => 0.5,
+        Metric::Cosine if squared_b > 0.0 => product / squared_b.sqrt(),
+        Metric::Cosine => 0.0,
+    }
+}
+
 /// `point` without the mean of its elements. What is left of equal elements is rounding, and counts as nothing.
 pub(super) fn centered(point: &[f64]) -> Vec<f64> {
     let count = point.len() as f64;

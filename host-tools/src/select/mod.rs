@@ -27,6 +27,7 @@ pub use choose::{Profiled, Selected, SelectionError, select};
 pub use compare::{
     CompareError, Stability, average_overlap, kendall_tau, overlap, spearman_rho, stability,
 };
+pub(crate) use dissimilarity::nearness;
 pub use dissimilarity::{Dissimilarity, dissimilarity, metric_distance};
 pub use eligible::Eligible;
 pub use ipca::{

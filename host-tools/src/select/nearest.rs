@@ -9,7 +9,7 @@ use eigenmark_core::landmark::Metric;
 use faer::{Accum, Mat, MatRef, Par, linalg::matmul::matmul};
 use rayon::prelude::*;
 
-use super::metric_distance;
+use super::{dissimilarity::nearness, metric_distance};
 
 /// Rows whose products with all rows are held at once.
 const BLOCK: usize = 64;
@@ -42,18 +42,11 @@ pub fn nearest_others(metric: Metric, points: &[f64], dimensions: usize) -> Vec<
             (0..len)
                 .map(|column| {
                     let one = start + column;
-                    let nearness = |other: usize| {
-                        let (dot, sum) = (products[(other, column)], norms[one] + norms[other]);
-                        match metric {
-                            Metric::Euclid => 2.0 * dot - sum,
-                            Metric::Nssd if sum > 0.0 => dot / sum,
-                            Metric::Nssd => 0.5,
-                            Metric::Cosine if norms[other] > 0.0 => dot / norms[other].sqrt(),
-                            Metric::Cosine => 0.0,
-                        }
+                    let near = |other: usize| {
+                        nearness(metric, products[(other, column)], norms[one], norms[other])
                     };
                     let others = (0..rows).filter(|&other| other != one);
-                    let nearest = others.max_by(|&a, &b| nearness(a).total_cmp(&nearness(b)));
+                    let nearest = others.max_by(|&a, &b| near(a).total_cmp(&near(b)));
                     nearest.map_or(f64::INFINITY, |other| {
                         metric_distance(metric, point(one), point(other))
                     })

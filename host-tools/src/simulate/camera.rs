@@ -3,7 +3,8 @@
 //! The largest centered square of the frame of a camera that looks straight down covers `altitude_ratio × footprint` of
 //! the map around its position, turned by its heading (clockwise from map-up to frame-up). Roll and pitch then turn the
 //! camera, as in the core's `preprocess::Pose`. Every pixel is the mean of bilinear samples spread over its area, so
-//! that frames coarser than the map are anti-aliased; then gamma, then noise.
+//! that frames coarser than the map are anti-aliased, and over the way the camera goes during the exposure; then come
+//! what hides a corner of the frame, gamma, and noise.
 
 use std::f64::consts::PI;
 
@@ -21,6 +22,15 @@ const FIELD_OF_VIEW_RAD: f64 = 60.0 * PI / 180.0;
 
 /// Samples per pixel and direction, at most: enough for windows of 1920 pixels, and nearly for larger ones.
 const MAX_SAMPLES: f64 = 8.0;
+
+/// The longest side of a square as fine as the map, in pixels.
+const MAX_FINE_SIDE: u32 = 512;
+
+/// Exposures that a moving frame is the mean of, at most.
+const MAX_EXPOSURES: f64 = 16.0;
+
+/// How far off the map a frame's corner may lie by rounding, in map pixels.
+const ROUNDING_PX: f64 = 1e-6;
 
 /// A camera that fits an atlas.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +58,32 @@ pub struct Scene {
     pub gamma: f64,
     /// Standard deviation of the noise, in gray levels.
     pub noise: f64,
+    /// Which way the camera goes during the exposure, in map pixels; `place` is the middle.
+    pub motion_px: [f64; 2],
+    /// What hides a part of the frame.
+    pub occlusion: Option<Occlusion>,
+}
+
+/// A black square in a corner of the frame's square, such as a landing leg.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Occlusion {
+    /// The corner.
+    pub corner: Corner,
+    /// Share of the frame's square that it hides, 0 to 1.
+    pub share: f64,
+}
+
+/// A corner of the frame's square.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Corner {
+    /// Ahead, to the left.
+    TopLeft,
+    /// Ahead, to the right.
+    TopRight,
+    /// Behind, to the left.
+    BottomLeft,
+    /// Behind, to the right.
+    BottomRight,
 }
 
 /// A frame that owns its pixels.
@@ -76,9 +112,29 @@ impl Camera {
     /// The centered square of that camera alone: all that the core looks at, quicker to render.
     #[must_use]
     pub fn square_for(atlas: &Atlas<'_>) -> Self {
+        Self::square_of(f64::from(atlas.header().footprint_px))
+    }
+
+    /// The same for views of that footprint.
+    #[must_use]
+    pub fn square_of(footprint_px: f64) -> Self {
         Self {
             width: HEIGHT,
-            ..Self::for_atlas(atlas)
+            height: HEIGHT,
+            footprint_px,
+            field_of_view_rad: FIELD_OF_VIEW_RAD,
+        }
+    }
+
+    /// A square as fine as the map: at the nominal pose its pixels are the map's, as far as a square of 512 pixels goes.
+    #[must_use]
+    pub fn finest(footprint_px: u32) -> Self {
+        let side = footprint_px.clamp(1, MAX_FINE_SIDE) as u16;
+        Self {
+            width: side,
+            height: side,
+            footprint_px: f64::from(footprint_px),
+            field_of_view_rad: FIELD_OF_VIEW_RAD,
         }
     }
 
@@ -99,43 +155,103 @@ impl Camera {
         self.field_of_view_rad
     }
 
+    /// What its square covers at nominal altitude, in map pixels.
+    #[must_use]
+    pub fn footprint_px(&self) -> f64 {
+        self.footprint_px
+    }
+
     /// Whether everything that the frame shows lies on the map.
     #[must_use]
     pub fn is_on_map(&self, map: &Map, scene: &Scene) -> bool {
-        let projection = Projection::new(self, scene);
         let (right, below) = (f64::from(self.width), f64::from(self.height));
-        [[0.0, 0.0], [right, 0.0], [0.0, below], [right, below]]
-            .into_iter()
-            .all(|corner| {
-                projection.ground(corner).is_some_and(|[x, y]| {
-                    (0.0..=f64::from(map.width())).contains(&x)
-                        && (0.0..=f64::from(map.height())).contains(&y)
-                })
+        let corners = [[0.0, 0.0], [right, 0.0], [0.0, below], [right, below]];
+        let is_within =
+            |at: f64, size: u32| (-ROUNDING_PX..=f64::from(size) + ROUNDING_PX).contains(&at);
+        // The way is straight: the frame is on the map all along when it is at both ends.
+        [-0.5, 0.5].into_iter().all(|share| {
+            let projection = Projection::new(self, &scene.moved(share));
+            corners.into_iter().all(|corner| {
+                projection
+                    .ground(corner)
+                    .is_some_and(|[x, y]| is_within(x, map.width()) && is_within(y, map.height()))
             })
-    }
-
-    /// Whether everything that the square shows lies on the map, for a camera that looks straight down.
-    #[must_use]
-    pub fn is_inside(map: &Map, footprint_px: f64, scene: &Scene) -> bool {
-        let half = footprint_px * scene.altitude_ratio / 2.0;
-        let (sin, cos) = scene.heading_rad.sin_cos();
-        let reach = half * (sin.abs() + cos.abs());
-        let inside =
-            |at: f32, size: u32| f64::from(at) >= reach && f64::from(at) + reach <= f64::from(size);
-        inside(scene.place.x_px, map.width()) && inside(scene.place.y_px, map.height())
+        })
     }
 
     /// Renders `scene` into a frame made by [`frame`](Self::frame). Beyond the map its border pixels are repeated; what
     /// lies at the horizon or beyond is black.
     pub fn render(&self, map: &Map, scene: &Scene, random: &mut impl Rng, frame: &mut CameraFrame) {
+        self.see(map, scene, frame);
+        self.expose(scene, random, frame);
+    }
+
+    /// The first half of [`render`](Self::render): what the pose and the way let the camera see.
+    pub fn see(&self, map: &Map, scene: &Scene, frame: &mut CameraFrame) {
+        if scene.motion_px == [0.0; 2] {
+            self.sample(map, scene, frame);
+        } else {
+            self.sample_moving(map, scene, frame);
+        }
+    }
+
+    /// The second half of [`render`](Self::render): what hides a part of that, the light, and the sensor's noise.
+    pub fn expose(&self, scene: &Scene, random: &mut impl Rng, frame: &mut CameraFrame) {
+        if let Some(occlusion) = scene.occlusion {
+            self.hide(occlusion, frame);
+        }
+        if scene.gamma == 1.0 && scene.noise == 0.0 {
+            return;
+        }
+        let levels = gamma_table(scene.gamma);
+        for pixel in &mut frame.pixels {
+            *pixel = exposed(*pixel, &levels, scene.noise, random);
+        }
+    }
+
+    /// The mean of frames along the way.
+    fn sample_moving(&self, map: &Map, scene: &Scene, frame: &mut CameraFrame) {
+        let [x, y] = scene.motion_px;
+        let exposures = (x.hypot(y).ceil() + 1.0).min(MAX_EXPOSURES);
+        let count = exposures as u32;
+        let mut sums = vec![0_u32; frame.pixels.len()];
+        for index in 0..count {
+            let share = f64::from(index) / (exposures - 1.0) - 0.5;
+            self.sample(map, &scene.moved(share), frame);
+            for (sum, &level) in sums.iter_mut().zip(&frame.pixels) {
+                *sum += u32::from(level);
+            }
+        }
+        for (pixel, sum) in frame.pixels.iter_mut().zip(sums) {
+            *pixel = ((sum + count / 2) / count) as u8;
+        }
+    }
+
+    /// Blackens a corner of the square.
+    fn hide(&self, occlusion: Occlusion, frame: &mut CameraFrame) {
+        let (width, height) = (usize::from(self.width), usize::from(self.height));
+        let side = width.min(height);
+        let hidden = (side as f64 * occlusion.share.clamp(0.0, 1.0).sqrt()).round() as usize;
+        let is_right = matches!(occlusion.corner, Corner::TopRight | Corner::BottomRight);
+        let is_low = matches!(occlusion.corner, Corner::BottomLeft | Corner::BottomRight);
+        let start = |length: usize, is_far: bool| {
+            (length - side) / 2 + if is_far { side - hidden } else { 0 }
+        };
+        let (left, top) = (start(width, is_right), start(height, is_low));
+        for row in frame.pixels.chunks_exact_mut(width).skip(top).take(hidden) {
+            row[left..left + hidden].fill(0);
+        }
+    }
+
+    /// What the map shows from one place, before the sensor.
+    fn sample(&self, map: &Map, scene: &Scene, frame: &mut CameraFrame) {
         if scene.roll_rad != 0.0 || scene.pitch_rad != 0.0 {
-            return self.render_tilted(map, scene, random, frame);
+            return self.sample_tilted(map, scene, frame);
         }
         let side = f64::from(self.width.min(self.height));
         let pitch = self.footprint_px * scene.altitude_ratio / side; // map pixels per frame pixel
         // A bilinear sample reaches two map pixels, so samples up to two apart miss nothing.
         let samples = (pitch / 2.0).ceil().clamp(1.0, MAX_SAMPLES) as u32;
-        let levels = gamma_table(scene.gamma);
         let sampler = Sampler::new(map);
         // Steps on the map per sample, to the right and down the frame.
         let (sin, cos) = scene.heading_rad.sin_cos();
@@ -164,21 +280,14 @@ impl Camera {
                         sum += u64::from(sampler.bilinear(at(0), at(1)));
                     }
                 }
-                *pixel = expose(mean(sum, count), &levels, scene.noise, random);
+                *pixel = mean(sum, count);
             }
         }
     }
 
     /// The same for a camera that does not look straight down: every sample has a ray of its own.
-    fn render_tilted(
-        &self,
-        map: &Map,
-        scene: &Scene,
-        random: &mut impl Rng,
-        frame: &mut CameraFrame,
-    ) {
+    fn sample_tilted(&self, map: &Map, scene: &Scene, frame: &mut CameraFrame) {
         let projection = Projection::new(self, scene);
-        let levels = gamma_table(scene.gamma);
         let sampler = Sampler::new(map);
         for (row, pixels) in (0..).zip(frame.pixels.chunks_exact_mut(usize::from(self.width))) {
             for (column, pixel) in (0..).zip(pixels) {
@@ -194,8 +303,7 @@ impl Camera {
                         sum += u64::from(sampler.bilinear(fixed(x - 0.5), fixed(y - 0.5)));
                     }
                 }
-                let mean = mean(sum, u64::from(samples * samples));
-                *pixel = expose(mean, &levels, scene.noise, random);
+                *pixel = mean(sum, u64::from(samples * samples));
             }
         }
     }
@@ -266,8 +374,13 @@ fn mean(sum: u64, count: u64) -> u8 {
 }
 
 /// What the sensor makes of a level.
-fn expose(level: u8, levels: &[f64], noise: f64, random: &mut impl Rng) -> u8 {
-    let level = levels[usize::from(level)] + noise * gaussian(random);
+fn exposed(level: u8, levels: &[f64], noise: f64, random: &mut impl Rng) -> u8 {
+    let level = levels[usize::from(level)];
+    let level = if noise > 0.0 {
+        level + noise * gaussian(random)
+    } else {
+        level
+    };
     (level + 0.5).clamp(0.0, 255.0) as u8 // truncates
 }
 
@@ -349,8 +462,33 @@ impl Scene {
             pitch_rad: 0.0,
             gamma: 1.0,
             noise: 0.0,
+            motion_px: [0.0; 2],
+            occlusion: None,
         }
     }
+
+    /// The scene at a share of the way that the camera goes, −½ to ½, standing still.
+    fn moved(&self, share: f64) -> Self {
+        let [x, y] = self.motion_px;
+        Self {
+            place: Point {
+                x_px: (f64::from(self.place.x_px) + share * x) as f32,
+                y_px: (f64::from(self.place.y_px) + share * y) as f32,
+            },
+            motion_px: [0.0; 2],
+            ..*self
+        }
+    }
+}
+
+impl Corner {
+    /// All four.
+    pub const ALL: [Self; 4] = [
+        Self::TopLeft,
+        Self::TopRight,
+        Self::BottomLeft,
+        Self::BottomRight,
+    ];
 }
 
 fn gamma_table(gamma: f64) -> Vec<f64> {
@@ -397,6 +535,65 @@ mod tests {
         for (i, &pixel) in frame.pixels.iter().enumerate() {
             let (x, y) = (100 + i as u32 % 100, 70 + i as u32 / 100);
             assert_eq!(pixel, map().luminance().get_pixel(x, y).0[0]);
+        }
+    }
+
+    #[test]
+    fn a_moving_camera_smears_along_its_way() {
+        let mut picture = GrayImage::new(400, 300);
+        picture.put_pixel(200, 150, image::Luma([210]));
+        let map = Map::from_luminance("test", picture);
+        let camera = Camera::finest(100);
+        let mut frame = camera.frame();
+        let scene = Scene {
+            motion_px: [20.0, 0.0],
+            ..Scene::nominal(Point {
+                x_px: 200.0,
+                y_px: 150.0,
+            })
+        };
+        camera.render(&map, &scene, &mut seeded(1, 1), &mut frame);
+        for (x, expected) in [(39, 0), (40, 13), (60, 13), (61, 0)] {
+            assert_eq!(frame.pixels[50 * 100 + x], expected, "column {x}");
+        }
+        assert!(frame.pixels[49 * 100..50 * 100].iter().all(|&p| p == 0));
+    }
+
+    #[test]
+    fn an_occlusion_hides_its_share_of_its_corner() {
+        let white =
+            Map::from_luminance("white", GrayImage::from_pixel(400, 300, image::Luma([255])));
+        let scene = Scene::nominal(Point {
+            x_px: 200.0,
+            y_px: 150.0,
+        });
+        for (camera, left) in [
+            (Camera::finest(100), 0),
+            (
+                Camera {
+                    width: 160,
+                    ..Camera::finest(100)
+                },
+                30,
+            ),
+        ] {
+            for (corner, x, y) in [
+                (Corner::TopLeft, 0, 0),
+                (Corner::TopRight, 99, 0),
+                (Corner::BottomLeft, 0, 99),
+                (Corner::BottomRight, 99, 99),
+            ] {
+                let occlusion = Some(Occlusion {
+                    corner,
+                    share: 0.25,
+                });
+                let mut frame = camera.frame();
+                let scene = Scene { occlusion, ..scene };
+                camera.render(&white, &scene, &mut seeded(1, 1), &mut frame);
+                let black = frame.pixels.iter().filter(|&&pixel| pixel == 0).count();
+                assert_eq!(black, 2500, "{corner:?}");
+                assert_eq!(frame.pixels[y * usize::from(camera.width) + left + x], 0);
+            }
         }
     }
 
@@ -499,24 +696,6 @@ mod tests {
         assert!(at(80.0, 60.0, 0.0) && !at(79.9, 60.0, 0.0));
         assert!(!at(80.0, 60.0, 0.1), "looks over the upper edge");
         assert!(!at(200.0, 150.0, 1.2), "looks beyond the horizon");
-    }
-
-    #[test]
-    fn scenes_that_leave_the_map_are_noticed() {
-        let scene = Scene::nominal(Point {
-            x_px: 50.0,
-            y_px: 50.0,
-        });
-        assert!(Camera::is_inside(&map(), 100.0, &scene));
-        assert!(!Camera::is_inside(&map(), 101.0, &scene));
-        assert!(!Camera::is_inside(
-            &map(),
-            100.0,
-            &Scene {
-                heading_rad: 0.1,
-                ..scene
-            }
-        ));
     }
 
     #[test]

@@ -6,7 +6,7 @@ mod flight;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-pub use camera::{Camera, CameraFrame, Scene};
+pub use camera::{Camera, CameraFrame, Corner, Occlusion, Scene};
 pub use flight::{Flight, Waypoint, fly};
 
 /// A random generator for one thing of a seeded whole: the same for the same pair, whatever the number of threads.

@@ -5,6 +5,7 @@
 
 mod merge;
 mod part;
+mod relearn;
 
 use eigenmark_core::atlas::{Atlas, AtlasError, Training};
 
@@ -18,6 +19,7 @@ use crate::{
 
 pub use merge::{MergeError, fold_shard, joined, merge};
 pub use part::{Part, PartError, Shard};
+pub use relearn::{RelearnError, Relearned};
 
 /// Memory that the coordinates of all candidates may take, copies included: all that grows with their number.
 const MAX_COORDINATE_BYTES: u64 = 4 << 30;

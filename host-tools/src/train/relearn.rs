@@ -1,0 +1,87 @@
+//! From an atlas and its map back to the eigenspace in f64 that it was made of.
+
+use eigenmark_core::{atlas::Atlas, landmark::Record};
+
+use crate::{
+    learn::{Candidates, CandidatesError, Model, PcaError, PixelBasis, Preprocess},
+    map::{Grid, GridError, Map},
+};
+
+/// The eigenspace of an atlas before it was quantized, and its candidates in it.
+#[derive(Clone, Debug)]
+pub struct Relearned {
+    /// The eigenspace, on the pixels of views.
+    pub basis: PixelBasis,
+    /// The candidates' coordinates as matched: whitened, n rows of k.
+    pub coordinates: Vec<f64>,
+    /// Candidate numbers of the landmarks, best first.
+    pub landmarks: Vec<u32>,
+}
+
+/// Why an atlas cannot be learned again.
+#[derive(Debug, thiserror::Error)]
+pub enum RelearnError {
+    /// The map is not the one that the atlas was trained on.
+    #[error(
+        "the atlas was trained on a map of {}×{} pixels with CRC {expected_crc:08x}, and this one has {}×{} and CRC \
+         {found_crc:08x}",
+        expected_px.0, expected_px.1, found_px.0, found_px.1
+    )]
+    OtherMap {
+        /// Size of the map that it was trained on, in pixels.
+        expected_px: (u32, u32),
+        /// CRC-32 of its luminance.
+        expected_crc: u32,
+        /// Size of this map.
+        found_px: (u32, u32),
+        /// CRC-32 of its luminance.
+        found_crc: u32,
+    },
+    /// Its candidates do not lie on the map.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// Its candidates cannot be views.
+    #[error(transparent)]
+    Candidates(#[from] CandidatesError),
+    /// There is no eigenspace of that size.
+    #[error(transparent)]
+    Pca(#[from] PcaError),
+}
+
+impl Relearned {
+    /// Learns the eigenspace of `atlas` again from its map.
+    ///
+    /// High-pass and whitening are those of the atlas, which holds them in single precision.
+    ///
+    /// # Errors
+    /// When the map is another one, or the atlas does not fit it.
+    pub fn new(map: &Map, atlas: &Atlas<'_>) -> Result<Self, RelearnError> {
+        let header = atlas.header();
+        let training = header.training;
+        let (found_px, found_crc) = ((map.width(), map.height()), map.crc());
+        if found_px != header.map_px || found_crc != training.map_crc {
+            return Err(RelearnError::OtherMap {
+                expected_px: header.map_px,
+                expected_crc: training.map_crc,
+                found_px,
+                found_crc,
+            });
+        }
+        let grid = Grid::around(map, header.footprint_px as u32, &header.lattices)?;
+        let preprocess = Preprocess::new(
+            usize::from(header.view_side),
+            header.normalize,
+            training.blur,
+            f64::from(training.highpass),
+        );
+        let candidates = Candidates::new(map, &grid, &preprocess)?;
+        let model = Model::learn(&candidates, usize::from(header.dimensions))?;
+        let whiten = f64::from(training.whiten);
+        let records = atlas.landmarks().records();
+        Ok(Self {
+            basis: PixelBasis::new(&model, &preprocess, whiten),
+            coordinates: model.whitened(model.project(&candidates), whiten),
+            landmarks: records.iter().map(|&Record { view, .. }| view).collect(),
+        })
+    }
+}
