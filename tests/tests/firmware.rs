@@ -17,7 +17,7 @@ use eigenmark_core::{
     eigenspace::Normalize,
     explore,
     frame::FrameError,
-    landmark::{Metric, Width},
+    landmark::{Metric, Width, lattice::place},
     link::{Damage, Identity, MAX_REQUEST_LEN, Rejection, Reply, Request},
     localizer::{Fix, Localizer, digest},
 };
@@ -239,8 +239,11 @@ fn rendered_frame(
     landmark: usize,
     random: &mut impl Rng,
 ) -> CameraFrame {
-    let scene = Deviation::SLIGHT
-        .draw(map, atlas, landmark, random)
+    let view = atlas.landmarks().records()[landmark].view;
+    let center = place(atlas.lattices(), view).expect("a candidate");
+    let square = Camera::square_for(atlas);
+    let (scene, _) = Deviation::SLIGHT
+        .draw(map, &square, center, random)
         .expect("there is room");
     let camera = Camera::for_atlas(atlas);
     let mut frame = camera.frame();
