@@ -91,7 +91,7 @@ impl<'a> Observer<'a> {
         };
         match &self.seen {
             Some((seen, frame)) if *seen == pose => {
-                self.frame.pixels.copy_from_slice(&frame.pixels)
+                self.frame.pixels.copy_from_slice(&frame.pixels);
             }
             _ => {
                 self.camera.see(self.map, scene, &mut self.frame);
