@@ -6,6 +6,7 @@
 //! | --- | --- | --- |
 //! | [`map`] | loads aerial maps, draws the built-in one, lays out candidates | `frame`, `landmark::lattice` |
 //! | [`learn`] | vectors of candidates, preprocessing, PCA at once, in parts, one by one | `preprocess`, `eigenspace`, `explore` |
+//! | [`dense`] | the projection of the window at every pixel of a map | `eigenspace` |
 //! | [`select`] | which candidates become landmarks, and how far selections agree | `landmark`, `explore` |
 //! | [`atlas`] | folds, quantizes, calibrates, reads and writes atlases | `atlas` |
 //! | [`train`] | the whole way, from map to atlas, also in parts | — |
@@ -17,6 +18,7 @@
 //! The command line (`command`, in the binary) only parses, calls this library, and prints.
 
 pub mod atlas;
+pub mod dense;
 pub mod evaluate;
 pub mod learn;
 pub mod map;

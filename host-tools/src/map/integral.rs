@@ -69,6 +69,21 @@ impl Integral {
         }
     }
 
+    /// The mean of the square of `side` pixels per side at `corner`, rounded half up: a view pixel of a whole ratio.
+    ///
+    /// # Panics
+    /// When the square is empty or not on the map.
+    #[must_use]
+    pub fn mean(&self, (x, y): (u32, u32), side: u32) -> u8 {
+        let (left, right) = (x as usize, (x + side) as usize);
+        let top = &self.sums[y as usize * self.stride..][..self.stride];
+        let bottom = &self.sums[(y + side) as usize * self.stride..][..self.stride];
+        let lower = bottom[right].wrapping_sub(bottom[left]);
+        let upper = top[right].wrapping_sub(top[left]);
+        let area = side * side;
+        ((lower.wrapping_sub(upper) + area / 2) / area) as u8
+    }
+
     /// S in units, at the v + 1 column borders on row border `i` of a window.
     fn border(&self, corner: (u32, u32), (i, q, v): (usize, usize, usize), out: &mut [u32]) {
         let (y, part) = (i * q / v, i * q % v);
@@ -142,6 +157,16 @@ mod tests {
                 assert_eq!(out, view.pixels(), "{q} to {v} at {corner:?}");
             }
         }
+    }
+
+    #[test]
+    fn means_are_the_view_pixels_of_whole_ratios() {
+        let picture = GrayImage::from_fn(31, 26, |x, y| image::Luma([(x * x * 7 + y * 83) as u8]));
+        let integral = Integral::new(&picture);
+        let mut view = [0; 4];
+        integral.reduce((3, 2), 24, 2, &mut view);
+        let corners = [(3, 2), (15, 2), (3, 14), (15, 14)];
+        assert_eq!(corners.map(|corner| integral.mean(corner, 12)), view);
     }
 
     #[test]

@@ -6,6 +6,9 @@
 //! bench coordinates VECTORS OUT                            their coordinates in 15 dimensions
 //! bench pca VECTORS REPETITIONS                            the first 15 eigenvalues
 //! bench profile COORDINATES REPETITIONS                    the first 50 of the profile ranking
+//! bench luminance MAP OUT                                 its pixels
+//! bench eigenimages VECTORS OUT                            the first 15 eigenvectors
+//! bench dense PIXELS REPETITIONS EIGENIMAGES               them at every position: largest, mean and some dots
 //! bench ipca|ipca-literal VECTORS REPETITIONS LANDMARKS    the IPCA ranking from candidates 1, 2, 3
 //! ```
 
@@ -13,11 +16,13 @@ use std::{
     fs::{self, File},
     io::BufReader,
     path::Path,
+    sync::Mutex,
     time::{Duration, Instant},
 };
 
 use anyhow::{Context, Result, bail};
 use eigenmark::{
+    dense::Dense,
     learn::{Candidates, Matrix, Model, Preprocess, Rows, Settings},
     map::Map,
     output::{write_file, write_npy},
@@ -25,6 +30,7 @@ use eigenmark::{
         Dissimilarity, Eligible, Order, Profile, Route, Until, rank_by_ipca, rank_by_ipca_literally,
     },
 };
+use image::GrayImage;
 use npyz::WriterBuilder;
 use serde::Serialize;
 use serde_json::json;
@@ -34,6 +40,9 @@ const DIMENSIONS: usize = 15;
 
 /// Best candidates of the profile ranking that are compared.
 const BEST: usize = 50;
+
+/// One in so many dots of a dense projection is compared.
+const DOTS: usize = 997;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -55,6 +64,38 @@ fn main() -> Result<()> {
             let shape = [rows.count() as u64, DIMENSIONS as u64];
             write_npy(Path::new(out), &shape, coordinates)?;
             say(&json!({}), Duration::ZERO)
+        }
+        ["luminance", map, out] => {
+            let map = Map::open(map)?;
+            let shape = [map.height(), map.width()].map(u64::from);
+            let pixels = map.luminance().as_raw().iter();
+            write_npy(Path::new(out), &shape, pixels.copied().map(f64::from))?;
+            say(&json!({}), Duration::ZERO)
+        }
+        ["eigenimages", vectors, out] => {
+            let (vectors, pixels) = read::<f32>(vectors)?;
+            let model = Model::learn(&Matrix::new(&vectors, pixels), DIMENSIONS)?;
+            let shape = [DIMENSIONS as u64, pixels as u64];
+            write_npy(Path::new(out), &shape, model.basis)?;
+            say(&json!({}), Duration::ZERO)
+        }
+        ["dense", pixels, repetitions, eigenimages] => {
+            let (pixels, width) = read::<f64>(pixels)?;
+            let height = pixels.len() / width;
+            let pixels = pixels.iter().map(|&pixel| pixel as u8).collect();
+            let picture = GrayImage::from_raw(width as u32, height as u32, pixels);
+            let picture = picture.context("a picture")?;
+            let (eigenimages, pixels) = read::<f64>(eigenimages)?;
+            let (planes, best) = best_of(repetitions, || {
+                Ok(planes(&picture, pixels.isqrt(), &eigenimages))
+            })?;
+            let largest = planes
+                .iter()
+                .fold(0.0, |most: f64, dot| most.max(dot.abs()));
+            let mean = planes.iter().map(|dot| dot.abs()).sum::<f64>() / planes.len() as f64;
+            let mut result = vec![largest, mean];
+            result.extend(planes.iter().step_by(DOTS));
+            say(&json!(result), best)
         }
         ["pca", vectors, repetitions] => {
             let (vectors, pixels) = read::<f32>(vectors)?;
@@ -127,15 +168,43 @@ fn read<T: npyz::Deserialize>(path: &str) -> Result<(Vec<T>, usize)> {
     Ok((array.into_vec()?, columns))
 }
 
+/// The dots of every eigenimage with the window at every position, one plane after the other.
+fn planes(picture: &GrayImage, side: usize, eigenimages: &[f64]) -> Vec<f64> {
+    let dense = Dense::new(picture, side as u32, side, eigenimages);
+    let [columns, rows] = [dense.positions().0, dense.positions().1].map(|count| count as usize);
+    let mut planes = vec![0.0; dense.rows() * rows * columns];
+    let lines: Vec<Mutex<&mut [f64]>> = planes.chunks_mut(columns).map(Mutex::new).collect();
+    dense.project(|part| {
+        let (left, top) = part.corner(0);
+        for plane in 0..dense.rows() {
+            let lines = &lines[plane * rows + top as usize..];
+            for (line, dots) in lines.iter().zip(part.plane(plane).chunks(part.columns())) {
+                let mut line = line.lock().expect("no panics");
+                line[left as usize..][..dots.len()].copy_from_slice(dots);
+            }
+        }
+    });
+    drop(lines);
+    planes
+}
+
 fn timed<T: Serialize>(repetitions: &str, compute: impl Fn() -> Result<T>) -> Result<()> {
-    let mut best = Duration::MAX;
-    let mut result = None;
-    for _ in 0..repetitions.parse::<u32>()?.max(1) {
+    let (result, best) = best_of(repetitions, compute)?;
+    say(&json!(result), best)
+}
+
+/// What was computed, and the best time.
+fn best_of<T>(repetitions: &str, compute: impl Fn() -> Result<T>) -> Result<(T, Duration)> {
+    let start = Instant::now();
+    let mut result = compute()?;
+    let mut best = start.elapsed();
+    for _ in 1..repetitions.parse::<u32>()? {
+        drop(result);
         let start = Instant::now();
-        result = Some(compute()?);
+        result = compute()?;
         best = best.min(start.elapsed());
     }
-    say(&json!(result), best)
+    Ok((result, best))
 }
 
 fn say(result: &serde_json::Value, best: Duration) -> Result<()> {
