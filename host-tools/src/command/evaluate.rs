@@ -3,7 +3,7 @@
 use std::{
     fmt,
     io::{self, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
 };
 
 use anyhow::{Context, ensure};
@@ -13,13 +13,19 @@ use eigenmark::{
     evaluate::{
         Criterion, Deviation, EvaluatedTable, Everywhere, Exact, Journal, Judge, JudgeDifference,
         Onboard, Plan, Score, Site, evaluate,
+        localization::{Distinctness, LocalizationMatrix, final_evaluation, localization_matrices},
         reliability::{End, Measure, Reliability, Steps},
     },
-    map::{Integral, Map},
-    output::Progress,
+    map::{Integral, Map, load},
+    output::{OutputError, Progress, create_dir, write_file, write_npy},
     train::Relearned,
 };
-use eigenmark_core::{atlas::Atlas, landmark::lattice::place};
+use eigenmark_core::{
+    atlas::Atlas,
+    frame::MAX_SIDE,
+    landmark::lattice::{candidate_count, place},
+};
+use image::codecs::png::PngEncoder;
 use serde::Serialize;
 use serde_json::json;
 
@@ -55,6 +61,13 @@ pub struct Cmd {
     /// Fail with exit code 1 when the score of all landmarks is below this share
     #[arg(long, value_name = "SHARE", value_parser = share)]
     min_score: Option<f64>,
+    /// Write the localization matrix of every landmark into this directory: how dissimilar it is to every position of the
+    /// map in f64 (NumPy, and a picture in which black is similar); and say which places it could be taken for
+    #[arg(long, value_name = "DIR")]
+    localization: Option<PathBuf>,
+    /// Write the matrices of these views instead: numbers of candidates, or picture files that show one footprint
+    #[arg(long, value_name = "VIEW|FILE", requires = "localization", num_args = 1..)]
+    of: Vec<String>,
     /// Write finished landmarks here, and go on from what is there already
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
@@ -87,6 +100,16 @@ struct Report<'a> {
     f64: Option<&'a EvaluatedTable>,
     #[serde(skip_serializing_if = "Option::is_none")]
     core_minus_f64: Option<&'a JudgeDifference>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    distinctness: Option<&'a [Named]>,
+}
+
+/// How distinct a view is, and what it is called.
+#[derive(Serialize)]
+struct Named {
+    name: String,
+    #[serde(flatten)]
+    distinctness: Distinctness,
 }
 
 impl Cmd {
@@ -106,31 +129,38 @@ impl Cmd {
         let integral = Integral::new(map.luminance());
         drop(step);
         let (onboard, exact) = (Onboard::new(&atlas), exact(&atlas, relearned));
-        let judges: &[&dyn Judge] = match self.through {
-            Through::Core => &[&onboard],
-            Through::F64 => &[&exact],
-            Through::Both => &[&onboard, &exact],
-        };
         let footprint_px = atlas.header().footprint_px as u32;
-        let everywhere: Vec<Everywhere<'_>> = judges
-            .iter()
-            .map(|&judge| Everywhere::lazily(judge, &map, &integral, footprint_px))
-            .collect();
+        let step = progress.step("projecting the map");
+        let mut everywhere = Vec::new();
+        if self.through != Through::F64 {
+            everywhere.push(Everywhere::lazily(&onboard, &map, &integral, footprint_px));
+        }
+        if self.through != Through::Core {
+            everywhere.push(Everywhere::densely(&exact, &map, &integral, footprint_px));
+        }
+        drop(step);
 
+        let sites = sites(&atlas);
         let plan = self.plan();
         let journal = self.journal(&map, &atlas, &plan)?;
-        let found = evaluate(
-            &map,
-            &sites(&atlas),
-            &everywhere,
-            &plan,
-            &journal,
-            &progress,
-        )?;
+        let found = evaluate(&map, &sites, &everywhere, &plan, &journal, &progress)?;
         let table = |judge: usize| EvaluatedTable::new(found.iter().map(|by| by[judge].clone()));
         let first = table(0);
         let second = (self.through == Through::Both).then(|| table(1));
         let difference = second.as_ref().map(|second| first.minus(second));
+        let distinctness = match &self.localization {
+            Some(directory) => {
+                let ground = Ground {
+                    map: &map,
+                    atlas: &atlas,
+                    integral: &integral,
+                    exact: &exact,
+                    footprint_px,
+                };
+                Some(ground.localize(directory, &sites, &self.of)?)
+            }
+            None => None,
+        };
 
         let mut out = io::stdout().lock();
         if self.json {
@@ -146,12 +176,16 @@ impl Cmd {
                 table: &first,
                 f64: second.as_ref(),
                 core_minus_f64: difference.as_ref(),
+                distinctness: distinctness.as_deref(),
             };
             print_json(&mut out, &report)?;
         } else {
             print(&mut out, &plan, &first)?;
             if let Some(difference) = &difference {
                 print_difference(&mut out, difference, first.landmarks.len())?;
+            }
+            if let Some(distinctness) = &distinctness {
+                print_distinctness(&mut out, distinctness, footprint_px)?;
             }
         }
         self.check(first.mean.score)
@@ -217,6 +251,129 @@ fn exact(atlas: &Atlas<'_>, relearned: Relearned) -> Exact {
     )
 }
 
+/// A view whose localization matrix is asked for.
+struct Subject {
+    name: String,
+    site: Option<Site>,
+    point: Vec<f64>,
+}
+
+/// Writes the matrix of a subject: an array and a picture.
+fn write_matrix(directory: &Path, name: &str, matrix: &LocalizationMatrix) -> anyhow::Result<()> {
+    let path = |ending| directory.join(format!("{name}.{ending}"));
+    let (columns, rows) = matrix.size();
+    let shape = [rows as u64, columns as u64];
+    write_npy(&path("npy"), &shape, matrix.values().iter().copied())?;
+    write_file(&path("png"), |file| {
+        let written = matrix.picture().write_with_encoder(PngEncoder::new(file));
+        written.map_err(io::Error::other)
+    })?;
+    Ok(())
+}
+
+/// What the reader of an evaluation needs to know about places.
+struct Ground<'a> {
+    map: &'a Map,
+    atlas: &'a Atlas<'a>,
+    integral: &'a Integral,
+    exact: &'a Exact,
+    footprint_px: u32,
+}
+
+impl Ground<'_> {
+    /// Writes the matrices of the landmarks, or of the views that `of` names; how distinct each is.
+    fn localize(
+        &self,
+        directory: &Path,
+        sites: &[Site],
+        of: &[String],
+    ) -> anyhow::Result<Vec<Named>> {
+        create_dir(directory)?;
+        if of.is_empty() {
+            let keep = |landmark: usize, matrix: &LocalizationMatrix| {
+                write_matrix(directory, &format!("landmark-{}", landmark + 1), matrix)
+            };
+            let (map, footprint_px) = (self.map, self.footprint_px);
+            let progress = Progress::Stderr;
+            let found = final_evaluation(map, footprint_px, self.exact, sites, &progress, keep)?;
+            let named = found.into_iter().map(|distinctness| Named {
+                name: format!("landmark {}", distinctness.landmark),
+                distinctness,
+            });
+            return Ok(named.collect());
+        }
+        let subjects: Vec<Subject> = of
+            .iter()
+            .map(|name| self.subject(name))
+            .collect::<anyhow::Result<_>>()?;
+        let points: Vec<&[f64]> = subjects
+            .iter()
+            .map(|subject| subject.point.as_slice())
+            .collect();
+        let mut found = Ok(Vec::new());
+        localization_matrices(
+            self.map,
+            self.footprint_px,
+            self.exact,
+            &points,
+            |index, matrix| {
+                let subject = &subjects[index];
+                let corner = subject.site.map(|site| site.corner(self.footprint_px));
+                let named = write_matrix(directory, &subject.name, &matrix).map(|()| Named {
+                    name: subject.name.clone(),
+                    distinctness: Distinctness {
+                        view: subject.site.map_or(0, |site| site.view),
+                        ..Distinctness::of(&matrix, self.footprint_px, corner)
+                    },
+                });
+                match (&mut found, named) {
+                    (Ok(found), Ok(named)) => found.push(named),
+                    (Ok(_), Err(error)) => found = Err(error),
+                    (Err(_), _) => {}
+                }
+            },
+        );
+        found
+    }
+
+    /// A candidate by its number, or a picture by its path.
+    fn subject(&self, name: &str) -> anyhow::Result<Subject> {
+        let side = self.exact.side();
+        let mut view = vec![0; side * side];
+        let (name, site) = if let Ok(number) = name.parse::<u32>() {
+            let count = candidate_count(self.atlas.lattices());
+            let place = place(self.atlas.lattices(), number)
+                .with_context(|| format!("view {number}: expected 1 to {count}"))?;
+            let site = Site {
+                view: number,
+                place,
+            };
+            let [x, y] = site.corner(self.footprint_px);
+            self.integral
+                .reduce((x, y), self.footprint_px, side, &mut view);
+            (format!("view-{number}"), Some(site))
+        } else {
+            let picture = load(Path::new(name))?;
+            let square_px = picture.width().min(picture.height());
+            ensure!(
+                (32..=u32::from(MAX_SIDE)).contains(&square_px),
+                "{name}: expected a picture of 32 to {MAX_SIDE} pixels per side"
+            );
+            let left = (picture.width() - square_px) / 2;
+            let top = (picture.height() - square_px) / 2;
+            Integral::new(&picture).reduce((left, top), square_px, side, &mut view);
+            let stem = Path::new(name).file_stem().unwrap_or_default();
+            (stem.to_string_lossy().into_owned(), None)
+        };
+        let point = self.exact.basis().project(&view);
+        Ok(Subject {
+            point: point.with_context(|| format!("{name}: no contrast to normalize"))?,
+            name,
+            site,
+        })
+    }
+}
+
 fn sites(atlas: &Atlas<'_>) -> Vec<Site> {
     let records = atlas.landmarks().records().iter();
     records
@@ -244,7 +401,7 @@ fn print(out: &mut impl Write, plan: &Plan, table: &EvaluatedTable) -> anyhow::R
         writeln!(out, "{what}")?;
         writeln!(
             out,
-            "{:>8}{:>7}{:>16}{:>16}{:>14}{:>16}{:>8}  score, 95 %",
+            "{:>8}{:>7}{:>16}{:>16}{:>18}{:>16}{:>8}  score, 95 %",
             "landmark", "view", "orientation, °", "altitude", "gamma", "catchment, px", "of map"
         )?;
         for landmark in table.landmarks.iter().take(LISTED) {
@@ -252,7 +409,7 @@ fn print(out: &mut impl Write, plan: &Plan, table: &EvaluatedTable) -> anyhow::R
             let range = |measure, digits| range(one, measure, digits);
             writeln!(
                 out,
-                "{:>8}{:>7}{:>16}{:>16}{:>14}{:>15}{}{:>6.2} %  {}",
+                "{:>8}{:>7}{:>16}{:>16}{:>18}{:>15}{}{:>6.2} %  {}",
                 landmark.evaluated.landmark,
                 landmark.evaluated.view,
                 range(Measure::Orientation, 0),
@@ -281,7 +438,7 @@ fn print(out: &mut impl Write, plan: &Plan, table: &EvaluatedTable) -> anyhow::R
         };
         writeln!(
             out,
-            "{:>8}{:>7}{:>16}{:>16}{:>14}{:>15.0} {:>6.2} %  {}",
+            "{:>8}{:>7}{:>16}{:>16}{:>18}{:>15.0} {:>6.2} %  {}",
             "mean",
             "",
             range(Measure::Orientation, 1),
@@ -347,6 +504,49 @@ fn print_difference(
     }
     if let Some(score) = difference.score {
         writeln!(out, "  score      {:+.2} %", 100.0 * score)?;
+    }
+    Ok(())
+}
+
+fn print_distinctness(
+    out: &mut impl Write,
+    distinctness: &[Named],
+    footprint_px: u32,
+) -> anyhow::Result<()> {
+    writeln!(
+        out,
+        "\nhow distinct on the whole map, in f64, most distinct first"
+    )?;
+    writeln!(
+        out,
+        "{:>16}{:>7}{:>8}{:>12}{:>12}{:>20}{:>12}",
+        "", "view", "peaks", "slope, /px", "contrast", "most like it at", "by"
+    )?;
+    for Named {
+        name,
+        distinctness: one,
+    } in distinctness.iter().take(LISTED)
+    {
+        let half = footprint_px / 2;
+        let (rival, by) = one.rival.map_or(("-".to_owned(), "-".to_owned()), |peak| {
+            let [x, y] = peak.corner.map(|at| at + half);
+            (format!("{x}, {y}"), format!("{:.4}", peak.value))
+        });
+        let slope = one
+            .own
+            .map_or("-".to_owned(), |peak| format!("{:.5}", peak.slope));
+        writeln!(
+            out,
+            "{name:>16}{:>7}{:>8}{slope:>12}{:>12.4}{rival:>20}{by:>12}{}",
+            one.view,
+            one.peaks,
+            one.contrast,
+            if one.is_global || one.own.is_none() {
+                ""
+            } else {
+                "  not the global minimum"
+            }
+        )?;
     }
     Ok(())
 }

@@ -55,6 +55,15 @@ pub struct Evaluated {
     pub draws: Draws,
 }
 
+impl Site {
+    /// The top-left pixel of its window.
+    #[must_use]
+    pub fn corner(&self, window_px: u32) -> [u32; 2] {
+        let half = window_px as f32 / 2.0;
+        [self.place.x_px, self.place.y_px].map(|at| (at - half) as u32)
+    }
+}
+
 impl Default for Plan {
     /// Everything in the report's steps, and 400 moderate deviations per landmark.
     fn default() -> Self {
@@ -147,8 +156,7 @@ impl Evaluator<'_> {
             self.plan.views,
             self.plan.seed,
         );
-        let half = self.footprint_px as f32 / 2.0;
-        let corner = [site.place.x_px, site.place.y_px].map(|at| (at - half) as u32);
+        let corner = site.corner(self.footprint_px);
         let map_px = u64::from(self.map.width()) * u64::from(self.map.height());
         self.everywhere
             .iter()

@@ -5,8 +5,12 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use super::judge::{Judge, Verdict};
-use crate::map::{Integral, Map};
+use super::judge::{Exact, Judge, Verdict};
+use crate::{
+    dense::Dense,
+    learn::PixelBasis,
+    map::{Integral, Map},
+};
 
 /// Verdicts by position: the windows whose top-left pixels are at every pixel of the map as far as windows fit.
 pub struct Everywhere<'a> {
@@ -46,6 +50,22 @@ impl<'a> Everywhere<'a> {
         }
     }
 
+    /// Asks `exact` about every window at once, by dense projection.
+    ///
+    /// # Panics
+    /// When the window does not fit into the map.
+    #[must_use]
+    pub fn densely(exact: &'a Exact, map: &Map, integral: &'a Integral, window_px: u32) -> Self {
+        let everywhere = Self::lazily(exact, map, integral, window_px);
+        project_everywhere(map, window_px, exact.basis(), |(x, y), coordinates| {
+            let verdict = coordinates.map(|coordinates| exact.judge_point(coordinates));
+            everywhere
+                .slot(x, y)
+                .store(packed(verdict), Ordering::Relaxed);
+        });
+        everywhere
+    }
+
     /// Who is asked.
     #[must_use]
     pub fn judge(&self) -> &'a dyn Judge {
@@ -70,8 +90,7 @@ impl<'a> Everywhere<'a> {
     /// When there is no such position.
     #[must_use]
     pub fn verdict(&self, x: u32, y: u32) -> Option<Verdict> {
-        assert!(x < self.columns && y < self.rows, "a position on the map");
-        let slot = &self.verdicts[y as usize * self.columns as usize + x as usize];
+        let slot = self.slot(x, y);
         // Whoever comes first finds the same verdict.
         let known = slot.load(Ordering::Relaxed);
         if known != UNKNOWN {
@@ -85,6 +104,34 @@ impl<'a> Everywhere<'a> {
         slot.store(packed(verdict), Ordering::Relaxed);
         verdict
     }
+
+    fn slot(&self, x: u32, y: u32) -> &AtomicU32 {
+        assert!(x < self.columns && y < self.rows, "a position on the map");
+        &self.verdicts[y as usize * self.columns as usize + x as usize]
+    }
+}
+
+/// The coordinates of the window at every position of the map, `None` where there is no contrast to normalize. `visit` is
+/// called from several threads, once per position, in any order.
+pub(super) fn project_everywhere(
+    map: &Map,
+    window_px: u32,
+    basis: &PixelBasis,
+    visit: impl Fn((u32, u32), Option<&[f64]>) + Sync,
+) {
+    let side = basis.pixels().isqrt();
+    let dense = Dense::new(map.luminance(), window_px, side, basis.weights());
+    dense.project(|part| {
+        let mut coordinates = vec![0.0; basis.dimensions()];
+        for (index, &sums) in part.sums().iter().enumerate() {
+            part.dots(index, &mut coordinates);
+            let has_contrast = basis.finish(sums, &mut coordinates);
+            visit(
+                part.corner(index),
+                has_contrast.then_some(coordinates.as_slice()),
+            );
+        }
+    });
 }
 
 fn packed(verdict: Option<Verdict>) -> u32 {

@@ -8,6 +8,7 @@
 //! | `evaluation` | both, for every landmark of a table; resumable |
 //! | `table` | means over a table, and how two judges differ |
 //! | `judge` | who is asked: the core with an atlas, or the eigenspace in f64 |
+//! | [`localization`] | where on the map a view could be taken for another (report 4.2) |
 //! | `trial`, `deviation` | what the core says of many randomly deviated views |
 //! | `comparison` | selections of the same candidates side by side |
 
@@ -17,6 +18,7 @@ mod evaluation;
 mod everywhere;
 mod journal;
 mod judge;
+pub mod localization;
 pub mod reliability;
 mod score;
 mod table;

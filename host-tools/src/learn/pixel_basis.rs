@@ -7,6 +7,7 @@
 use eigenmark_core::eigenspace::Normalize;
 
 use super::{Model, Preprocess};
+use crate::dense::Sums;
 
 /// k rows of weights on the m pixels of a view, and the offset of each coordinate.
 #[derive(Clone, Debug)]
@@ -68,27 +69,25 @@ impl PixelBasis {
     /// Coordinates of the view with these pixels; `None` for a flat view under [`Normalize::Std`].
     #[must_use]
     pub fn project(&self, view: &[u8]) -> Option<Vec<f64>> {
-        let sum: u32 = view.iter().map(|&y| u32::from(y)).sum();
-        let squares: u64 = view.iter().map(|&y| u64::from(y) * u64::from(y)).sum();
+        let sums = Sums::of(view);
         let view: Vec<f64> = view.iter().map(|&y| f64::from(y)).collect();
         let mut coordinates: Vec<f64> = self
             .rows()
             .map(|row| row.iter().zip(&view).map(|(w, y)| w * y).sum())
             .collect();
-        self.finish(u64::from(sum), squares, &mut coordinates)
-            .then_some(coordinates)
+        self.finish(sums, &mut coordinates).then_some(coordinates)
     }
 
-    /// Turns products w·y of a view whose pixels add up to Σy and Σy² into coordinates. `false` for a flat view under
+    /// Turns products w·y of a view with these sums of pixels into coordinates. `false` for a flat view under
     /// [`Normalize::Std`], which has none.
     ///
     /// Rows of a basis whose views are normalized add up to zero, so that w·(y − mean(y)) = w·y.
-    pub fn finish(&self, sum: u64, squares: u64, products: &mut [f64]) -> bool {
+    pub fn finish(&self, sums: Sums, products: &mut [f64]) -> bool {
         let gain = match self.normalize {
             Normalize::None | Normalize::Mean => 1.0,
             Normalize::Std => {
                 let m = self.pixels as u64;
-                let scaled_variance = m * squares - sum * sum; // m²σ², exact
+                let scaled_variance = m * sums.squares - sums.pixels * sums.pixels; // m²σ², exact
                 if scaled_variance == 0 {
                     return false;
                 }

@@ -1,8 +1,8 @@
-//! NumPy files: f64, row-major.
+//! NumPy files, row-major.
 
 use std::path::Path;
 
-use npyz::WriterBuilder;
+use npyz::{AutoSerialize, WriterBuilder};
 
 use super::{OutputError, write_file};
 
@@ -10,10 +10,10 @@ use super::{OutputError, write_file};
 ///
 /// # Errors
 /// When the file cannot be written, or there are not as many values as the shape says.
-pub fn write_npy(
+pub fn write_npy<T: AutoSerialize>(
     path: &Path,
     shape: &[u64],
-    values: impl IntoIterator<Item = f64>,
+    values: impl IntoIterator<Item = T>,
 ) -> Result<(), OutputError> {
     write_file(path, |file| {
         let mut writer = npyz::WriteOptions::new()

@@ -70,13 +70,10 @@ impl Exact {
         &self.radii
     }
 
-    /// ρ of coordinates and a landmark (0-based), in the metric's unit.
-    ///
-    /// # Panics
-    /// When there is no such landmark.
+    /// ρ of two points of the eigenspace, in the metric's unit.
     #[must_use]
-    pub fn distance(&self, coordinates: &[f64], landmark: usize) -> f64 {
-        dissimilarity(self.metric, coordinates, self.point(landmark))
+    pub fn dissimilarity(&self, a: &[f64], b: &[f64]) -> f64 {
+        dissimilarity(self.metric, a, b)
     }
 
     /// What it says about a view with these k coordinates.
@@ -97,9 +94,10 @@ impl Exact {
             }
         }
         let (mut nearest, mut is_strict) = (first.1, true);
-        let mut distance = self.distance(coordinates, nearest);
+        let distance_to = |landmark| self.dissimilarity(coordinates, self.point(landmark));
+        let mut distance = distance_to(nearest);
         if let Some((_, other)) = second {
-            let other_distance = self.distance(coordinates, other);
+            let other_distance = distance_to(other);
             if other_distance < distance {
                 (nearest, distance) = (other, other_distance);
             } else {

@@ -223,8 +223,8 @@ mod tests {
         for peak in &peaks {
             assert!((peak.slope - 0.1).abs() < 1e-3, "{peak:?}");
         }
-        // They meet on the line between the tips, at 0.5 + 0.1·a = 0.2 + 0.1·(22 − a), a = 9.5: at the next pixel.
-        assert!((peaks[1].depth - 1.0).abs() < 0.06, "{peaks:?}");
+        // They meet on the line between the tips, at 0.5 + 0.1·a = 0.2 + 0.1·(22 − a), a = 9.5: within a pixel.
+        assert!((peaks[1].depth - 0.95).abs() < 0.06, "{peaks:?}");
         assert!(!peaks[1].is_deeper && peaks[0].is_deeper);
         assert_eq!(peaks[0].size_px + peaks[1].size_px, 1200);
         assert_eq!(regions[10 * 40 + 39], 0);
@@ -252,7 +252,11 @@ mod tests {
         };
         let Peaks { peaks, regions } = find_peaks(&matrix, threshold);
         assert_eq!(peaks.len(), 1);
-        let below = matrix.values().iter().filter(|&&value| value <= 0.4).count();
+        let below = matrix
+            .values()
+            .iter()
+            .filter(|&&value| value <= 0.4)
+            .count();
         assert_eq!(peaks[0].size_px, below as u64);
         assert_eq!(regions.iter().filter(|&&region| region == 0).count(), below);
         assert!((peaks[0].depth - 0.2).abs() < 1e-6);
@@ -270,12 +274,15 @@ mod tests {
         let peaks = find_peaks(&matrix, ALL).peaks;
         let minima = (0..900).filter(|&index| {
             let value = matrix.values()[index];
-            matrix.neighbors(index).all(|other| matrix.values()[other] > value)
+            matrix
+                .neighbors(index)
+                .all(|other| matrix.values()[other] > value)
         });
-        // A local minimum may be next to a position that a lower peak has marked: then it belongs to that.
-        let minima: Vec<[u32; 2]> = minima.map(|index| matrix.corner(index)).collect();
-        assert!(peaks.len() <= minima.len());
-        assert!(peaks.iter().all(|peak| minima.contains(&peak.corner)));
+        let mut minima: Vec<[u32; 2]> = minima.map(|index| matrix.corner(index)).collect();
+        let mut corners: Vec<[u32; 2]> = peaks.iter().map(|peak| peak.corner).collect();
+        minima.sort_unstable();
+        corners.sort_unstable();
+        assert_eq!(corners, minima);
         assert!(peaks.windows(2).all(|pair| pair[0].value <= pair[1].value));
     }
 }
