@@ -3,9 +3,7 @@
 
 use serde::Serialize;
 
-use super::{
-    Flooding, LocalizationMatrix, NO_PEAK, Peak, Peaks, find_peaks, localization_matrices,
-};
+use super::{Flooding, LocalizationMatrix, Peak, Peaks, find_peaks, localization_matrices};
 use crate::{
     evaluate::{evaluation::Site, judge::Exact},
     map::Map,
@@ -23,12 +21,13 @@ pub struct Distinctness {
     pub peaks: usize,
     /// The threshold: half the mean dissimilarity to the map.
     pub threshold: f32,
-    /// The peak that the view's own position belongs to; `None` when that is above the threshold, or not known.
+    /// The peak that the view's own position belongs to; `None` when that is above the threshold. For a view whose position
+    /// is not known, the global minimum: where a search of the whole map would find it.
     pub own: Option<Peak>,
-    /// Whether that is the global minimum: a search of the whole map would find it.
+    /// Whether that is the global minimum.
     pub is_global: bool,
-    /// The lowest peak half a footprint away, at least: the place on the map that the view is most easily taken for. The
-    /// lowest of all for a view from nowhere.
+    /// The lowest peak at least half a footprint away from there: the place on the map that the view is most easily taken
+    /// for.
     pub rival: Option<Peak>,
     /// Dissimilarity of the rival less that of its own peak; the threshold less its own without a rival. The larger, the
     /// more distinct is the landmark.
@@ -45,10 +44,11 @@ impl Distinctness {
         let flooding = Flooding::of(matrix);
         let Peaks { peaks, regions } = find_peaks(matrix, flooding);
         let (columns, _) = matrix.size();
-        let home = corner.map_or(NO_PEAK, |[x, y]| regions[y as usize * columns + x as usize]);
+        let home = corner.map_or(0, |[x, y]| regions[y as usize * columns + x as usize]);
         let own = peaks.get(home as usize).copied();
+        let from = corner.or(own.map(|peak| peak.corner));
         let is_away = |peak: &&Peak| {
-            corner.is_none_or(|[x, y]| {
+            from.is_none_or(|[x, y]| {
                 let [px, py] = peak.corner;
                 let away = f64::from(x.abs_diff(px)).hypot(f64::from(y.abs_diff(py)));
                 away >= f64::from(window_px) / 2.0
