@@ -35,7 +35,7 @@ pub(super) struct Correlator {
     inverse_rows: Arc<dyn ComplexToReal<f64>>,
     forward_columns: Arc<dyn Fft<f64>>,
     inverse_columns: Arc<dyn Fft<f64>>,
-    /// What correlations have used before: fresh pages cost as much as a transform.
+    /// What correlations have used before, to spare fresh pages.
     used: Mutex<Vec<Scratch>>,
 }
 

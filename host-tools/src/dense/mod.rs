@@ -14,9 +14,9 @@
 //! serves all, and each kernel is transformed once. When s is not whole, rounding differs from one window to the next and
 //! nothing is shared: every window is reduced and multiplied ([`Dense::project_directly`]).
 //!
-//! **Cost.** For 15 rows of 200×200 on 1600×1200 pixels, s = 1: about 0.1 s on two cores, where the direct way takes 840
-//! billion multiplications. Memory for spectra (8 bytes per weight and unit of (L/v)², L the length of a transform) and
-//! as much for results; see `layout.rs` for the limits.
+//! **Cost.** For 15 rows of 200×200 on 1600×1200 pixels, s = 1: half a second of processor time, a third of it for fresh
+//! pages; the direct way takes 840 billion multiplications. Spectra take 8 bytes per weight times (L/v)², L the length of
+//! a transform, and results of a batch as much at most; see `layout.rs` for the limits.
 //!
 //! **Limits.** Fast and direct dots differ by rounding, by less than [`TOLERANCE`]·‖w‖·255·v; sums are exact. Results are
 //! the same for any number of threads, but their last bits may differ between kinds of processors. The direct way takes
@@ -44,8 +44,7 @@ pub use sums::Sums;
 /// sum is exact, stay below 2·10⁻¹⁶.
 pub const TOLERANCE: f64 = 1e-13;
 
-/// Dots that are kept at once: 32 MiB. A tile with more is a batch of its own. With 128 MiB half of the time went into
-/// fresh pages.
+/// Dots that are kept at once: 32 MiB. A tile with more is a batch of its own.
 const RESULTS: usize = 4 << 20;
 
 /// Rows of windows that are handed over at once.
