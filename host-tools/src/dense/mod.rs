@@ -14,9 +14,9 @@
 //! serves all, and each kernel is transformed once. When s is not whole, rounding differs from one window to the next and
 //! nothing is shared: every window is reduced and multiplied ([`Dense::project_directly`]).
 //!
-//! **Cost.** For 15 rows of 200×200 on 1600×1200 pixels, s = 1: half a second of processor time, a third of it for fresh
+//! **Cost.** For 15 rows of 200×200 on 1600×1200 pixels, s = 1: 0.6 s of processor time, a third of it for fresh
 //! pages; the direct way takes 840 billion multiplications. Spectra take 8 bytes per weight times (L/v)², L the length of
-//! a transform, and results of a batch as much at most; see `layout.rs` for the limits.
+//! a transform; results of a batch of tiles take as much at most, or 32 MiB. `layout.rs` has the limits.
 //!
 //! **Limits.** Fast and direct dots differ by rounding, by less than [`TOLERANCE`]·‖w‖·255·v; sums are exact. Results are
 //! the same for any number of threads, but their last bits may differ between kinds of processors. The direct way takes
