@@ -15,7 +15,7 @@
 //! **Limits.** Bits are the same for any number of threads, but may change with the processor: how a transform adds
 //! depends on its vector instructions.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex, num_complex::Complex64};
@@ -35,13 +35,15 @@ pub(super) struct Correlator {
     inverse_rows: Arc<dyn ComplexToReal<f64>>,
     forward_columns: Arc<dyn Fft<f64>>,
     inverse_columns: Arc<dyn Fft<f64>>,
+    /// What correlations have used before, to spare fresh pages.
+    used: Mutex<Vec<Scratch>>,
 }
 
 /// Half of the spectrum of a real picture, column by column.
 pub(super) struct Spectrum(Vec<Complex64>);
 
 /// What a correlation needs for the time being.
-pub(super) struct Scratch {
+struct Scratch {
     lines: Vec<Complex64>,
     /// Columns transformed back, row by row.
     rows: Vec<Complex64>,
@@ -66,6 +68,7 @@ impl Correlator {
             inverse_rows: real.plan_fft_inverse(width),
             forward_columns: complex.plan_fft_forward(height),
             inverse_columns: complex.plan_fft_inverse(height),
+            used: Mutex::default(),
         }
     }
 
@@ -88,44 +91,37 @@ impl Correlator {
         })
     }
 
-    /// Room for correlations of up to `rows` rows.
-    pub(super) fn scratch(&self, rows: usize) -> Scratch {
-        Scratch {
-            lines: vec![Complex64::ZERO; LINES * self.height],
-            rows: vec![Complex64::ZERO; rows * self.columns()],
-            row: self.inverse_rows.make_output_vec(),
-            of_columns: scratch_of(&*self.inverse_columns),
-            of_rows: self.inverse_rows.make_scratch_vec(),
-        }
-    }
-
     /// The correlation of a picture with a kernel, its first rows of `columns` numbers, as many as `out` holds.
     ///
     /// # Panics
-    /// When spectra or scratch are not this correlator's or too small.
+    /// When spectra are not this correlator's, or `out` is larger than a transform.
     pub(super) fn correlate(
         &self,
         picture: &Spectrum,
         kernel: &Spectrum,
-        scratch: &mut Scratch,
         columns: usize,
         out: &mut [f64],
     ) {
         let stride = self.columns();
+        let mut scratch = self.scratch();
         let rows = &mut scratch.rows[..out.len() / columns * stride];
         let length = LINES * self.height;
-        let groups = picture.0.chunks(length).zip(kernel.0.chunks(length));
+        let groups = picture
+            .0
+            .chunks_exact(length)
+            .zip(kernel.0.chunks_exact(length));
         for (group, (picture, kernel)) in groups.enumerate() {
-            let lines = &mut scratch.lines[..picture.len()];
+            let lines = &mut scratch.lines[..];
             for (product, (p, k)) in lines.iter_mut().zip(picture.iter().zip(kernel)) {
                 *product = p * k.conj();
             }
             self.inverse_columns
                 .process_with_scratch(lines, &mut scratch.of_columns);
+            let columns = self.split(lines);
             for (y, row) in rows.chunks_exact_mut(stride).enumerate() {
-                let column = lines[y..].iter().step_by(self.height);
-                for (to, from) in row[group * LINES..].iter_mut().zip(column) {
-                    *to = *from;
+                let to = &mut row[group * LINES..][..LINES];
+                for (to, column) in to.iter_mut().zip(columns) {
+                    *to = column[y];
                 }
             }
         }
@@ -133,19 +129,39 @@ impl Correlator {
             .chunks_exact_mut(stride)
             .zip(out.chunks_exact_mut(columns))
         {
+            let row = &mut row[..self.width / 2 + 1];
             // Both are real but for rounding, and the transform insists.
             row[0].im = 0.0;
-            row[stride - 1].im = 0.0;
+            row[self.width / 2].im = 0.0;
             self.inverse_rows
                 .process_with_scratch(row, &mut scratch.row, &mut scratch.of_rows)
                 .expect("buffers of its own lengths");
             out.copy_from_slice(&scratch.row[..columns]);
         }
+        let mut used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
+        used.push(scratch);
     }
 
-    /// Columns of a spectrum.
+    /// Scratch that was used before, or new.
+    fn scratch(&self) -> Scratch {
+        let mut used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
+        used.pop().unwrap_or_else(|| Scratch {
+            lines: vec![Complex64::ZERO; LINES * self.height],
+            rows: vec![Complex64::ZERO; self.columns() * self.height],
+            row: self.inverse_rows.make_output_vec(),
+            of_columns: scratch_of(&*self.inverse_columns),
+            of_rows: self.inverse_rows.make_scratch_vec(),
+        })
+    }
+
+    /// Columns of a spectrum, those included that fill up the last group.
     fn columns(&self) -> usize {
-        self.width / 2 + 1
+        (self.width / 2 + 1).next_multiple_of(LINES)
+    }
+
+    /// The columns of a group.
+    fn split<'l>(&self, lines: &'l [Complex64]) -> [&'l [Complex64]; LINES] {
+        std::array::from_fn(|column| &lines[column * self.height..][..self.height])
     }
 
     /// The spectrum of a picture whose first `rows` rows `read` writes over zeros; the others are zero.
@@ -163,23 +179,26 @@ impl Correlator {
                     row.fill(0.0);
                     read(y, row);
                     transform
-                        .process_with_scratch(row, out, scratch)
+                        .process_with_scratch(row, &mut out[..self.width / 2 + 1], scratch)
                         .expect("buffers of its own lengths");
                 },
             );
         let mut spectrum = vec![Complex64::ZERO; stride * self.height];
         let transform = &self.forward_columns;
         spectrum
-            .par_chunks_mut(LINES * self.height)
+            .par_chunks_exact_mut(LINES * self.height)
             .enumerate()
             .with_min_len(MIN_TASK)
             .for_each_init(
                 || scratch_of(&**transform),
                 |scratch, (group, lines)| {
+                    let mut split = lines.chunks_exact_mut(self.height);
+                    let mut columns: [&mut [Complex64]; LINES] =
+                        std::array::from_fn(|_| split.next().expect("a whole group"));
                     for (y, row) in by_rows.chunks_exact(stride).enumerate() {
-                        let column = lines[y..].iter_mut().step_by(self.height);
-                        for (to, from) in column.zip(&row[group * LINES..]) {
-                            *to = *from;
+                        let from = &row[group * LINES..][..LINES];
+                        for (column, from) in columns.iter_mut().zip(from) {
+                            column[y] = *from;
                         }
                     }
                     transform.process_with_scratch(lines, scratch);
@@ -205,8 +224,7 @@ mod tests {
         // Weight 2 at column 1 of row 1.
         let kernel = correlator.kernel(&[0.0, 0.0, 0.0, 2.0], 2);
         let mut out = [0.0; 20];
-        let mut scratch = correlator.scratch(4);
-        correlator.correlate(&picture, &kernel, &mut scratch, 5, &mut out);
+        correlator.correlate(&picture, &kernel, 5, &mut out);
         for (at, found) in out.iter().enumerate() {
             let expected = 2.0 * f64::from(pixels[(at / 5 + 1) * 6 + at % 5 + 1]);
             assert!((found - expected).abs() < 1e-13, "{found} {expected}");

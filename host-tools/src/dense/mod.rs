@@ -14,9 +14,9 @@
 //! serves all, and each kernel is transformed once. When s is not whole, rounding differs from one window to the next and
 //! nothing is shared: every window is reduced and multiplied ([`Dense::project_directly`]).
 //!
-//! **Cost.** For 15 rows of 200×200 on 1600×1200 pixels, s = 1: about 0.1 s on two cores, where the direct way takes 840
-//! billion multiplications. Memory for spectra (8 bytes per weight and unit of (L/v)², L the length of a transform) and
-//! as much for results; see `layout.rs` for the limits.
+//! **Cost.** For 15 rows of 200×200 on 1600×1200 pixels, s = 1: 0.6 s of processor time, a third of it for fresh
+//! pages; the direct way takes 840 billion multiplications. Spectra take 8 bytes per weight times (L/v)², L the length of
+//! a transform; results of a batch of tiles take as much at most, or 32 MiB. `layout.rs` has the limits.
 //!
 //! **Limits.** Fast and direct dots differ by rounding, by less than [`TOLERANCE`]·‖w‖·255·v; sums are exact. Results are
 //! the same for any number of threads, but their last bits may differ between kinds of processors. The direct way takes
@@ -44,8 +44,11 @@ pub use sums::Sums;
 /// sum is exact, stay below 2·10⁻¹⁶.
 pub const TOLERANCE: f64 = 1e-13;
 
-/// Dots that are kept at once: 128 MiB. A tile with more is a batch of its own.
-const RESULTS: usize = 16 << 20;
+/// Dots that are kept at once: 32 MiB. A tile with more is a batch of its own.
+const RESULTS: usize = 4 << 20;
+
+/// Rows of windows that are handed over at once.
+const BAND: usize = 64;
 
 /// A map and the weight rows that the view of every window is multiplied with.
 #[derive(Clone, Debug)]
@@ -172,31 +175,20 @@ impl<'a> Dense<'a> {
                 .par_iter()
                 .map(|tile| self.prepare(tile, block_px, &correlator))
                 .collect();
-            let tallest = tiles.iter().map(|tile| tile.rows).max().unwrap_or(0);
             dots.par_chunks_exact_mut(layout.windows)
                 .take(tiles.len() * kernels.len())
                 .enumerate()
-                .for_each_init(
-                    || correlator.scratch(tallest),
-                    |scratch, (index, plane)| {
-                        let Prepared { tile, spectrum, .. } = &prepared[index / kernels.len()];
-                        let kernel = &kernels[index % kernels.len()];
-                        let plane = &mut plane[..tile.columns * tile.rows];
-                        correlator.correlate(spectrum, kernel, scratch, tile.columns, plane);
-                    },
-                );
-            dots.par_chunks_exact(room)
-                .zip(&prepared)
-                .for_each(|(dots, prepared)| {
-                    consume(Part {
-                        first: prepared.tile.corner,
-                        step_px: block_px,
-                        columns: prepared.tile.columns,
-                        rows: prepared.tile.rows,
-                        dots,
-                        stride: layout.windows,
-                        sums: &prepared.sums,
-                    });
+                .for_each(|(index, plane)| {
+                    let Prepared { tile, spectrum, .. } = &prepared[index / kernels.len()];
+                    let kernel = &kernels[index % kernels.len()];
+                    let plane = &mut plane[..tile.columns * tile.rows];
+                    correlator.correlate(spectrum, kernel, tile.columns, plane);
+                });
+            prepared
+                .par_iter()
+                .zip(dots.par_chunks_exact(room))
+                .for_each(|(prepared, dots)| {
+                    prepared.hand_over((dots, layout.windows), block_px, &consume);
                 });
         }
     }
@@ -210,10 +202,14 @@ impl<'a> Dense<'a> {
             let xs = (tile.corner.0..).step_by(block_px as usize).take(width);
             pixels.extend(xs.map(|x| self.integral.mean((x, y), block_px)));
         }
+        let (spectrum, sums) = rayon::join(
+            || correlator.picture(&pixels, width),
+            || sums::of_windows(&pixels, width, self.side),
+        );
         Prepared {
             tile,
-            spectrum: correlator.picture(&pixels, width),
-            sums: sums::of_windows(&pixels, width, self.side),
+            spectrum,
+            sums,
         }
     }
 
@@ -224,6 +220,31 @@ impl<'a> Dense<'a> {
             side: self.side,
             kernels: self.rows(),
         }
+    }
+}
+
+impl Prepared<'_> {
+    /// Gives `consume` the tile, some rows at a time; planes of dots are `stride` apart.
+    fn hand_over(
+        &self,
+        (dots, stride): (&[f64], usize),
+        step_px: u32,
+        consume: &(impl Fn(Part<'_>) + Sync),
+    ) {
+        let (left, top) = self.tile.corner;
+        let length = BAND * self.tile.columns;
+        let bands = self.sums.par_chunks(length).enumerate();
+        bands.for_each(|(band, sums)| {
+            consume(Part {
+                first: (left, top + (band * BAND) as u32 * step_px),
+                step_px,
+                columns: self.tile.columns,
+                rows: sums.len() / self.tile.columns,
+                dots: &dots[band * length..],
+                stride,
+                sums,
+            });
+        });
     }
 }
 
