@@ -56,14 +56,36 @@ impl<'a> Everywhere<'a> {
     /// When the window does not fit into the map.
     #[must_use]
     pub fn densely(exact: &'a Exact, map: &Map, integral: &'a Integral, window_px: u32) -> Self {
-        let everywhere = Self::lazily(exact, map, integral, window_px);
-        project_everywhere(map, window_px, exact.basis(), |(x, y), coordinates| {
-            let verdict = coordinates.map(|coordinates| exact.judge_point(coordinates));
-            everywhere
-                .slot(x, y)
-                .store(packed(verdict), Ordering::Relaxed);
+        let mut only = Self::nested(std::slice::from_ref(exact), map, integral, window_px);
+        only.swap_remove(0)
+    }
+
+    /// The same for eigenspaces that differ only in how many of the same dimensions they have: the map is projected once.
+    ///
+    /// # Panics
+    /// When there is none, or the window does not fit into the map.
+    #[must_use]
+    pub fn nested(
+        exacts: &'a [Exact],
+        map: &Map,
+        integral: &'a Integral,
+        window_px: u32,
+    ) -> Vec<Self> {
+        let lazily = |exact| Self::lazily(exact, map, integral, window_px);
+        let all: Vec<Self> = exacts.iter().map(|exact| lazily(exact)).collect();
+        let bases = exacts.iter().map(Exact::basis);
+        let largest = bases.max_by_key(|basis| basis.dimensions());
+        let largest = largest.expect("at least one eigenspace");
+        project_everywhere(map, window_px, largest, |(x, y), coordinates| {
+            for (everywhere, exact) in all.iter().zip(exacts) {
+                let k = exact.basis().dimensions();
+                let verdict = coordinates.map(|coordinates| exact.judge_point(&coordinates[..k]));
+                everywhere
+                    .slot(x, y)
+                    .store(packed(verdict), Ordering::Relaxed);
+            }
         });
-        everywhere
+        all
     }
 
     /// Who is asked.

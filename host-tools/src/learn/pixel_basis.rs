@@ -37,6 +37,19 @@ impl PixelBasis {
         }
     }
 
+    /// Its first `dimensions`: what learning fewer gives.
+    ///
+    /// # Panics
+    /// When it has fewer.
+    #[must_use]
+    pub fn first(&self, dimensions: usize) -> Self {
+        Self {
+            weights: self.weights[..dimensions * self.pixels].to_vec(),
+            offsets: self.offsets[..dimensions].to_vec(),
+            ..*self
+        }
+    }
+
     /// All weights: k rows of m.
     #[must_use]
     pub fn weights(&self) -> &[f64] {

@@ -2,8 +2,9 @@
 //!
 //! **Notation.** a the view's coordinates, b a landmark's; A = ‖a‖², B = ‖b‖².
 //!
-//! **Method.** One product a·b per landmark finds the two nearest; their distances are then computed from the
-//! differences, because small ones drown in the rounding of large norms.
+//! **Method.** One product a·b per landmark finds the nearest, dimension by dimension over all landmarks at once. Its
+//! distance is then computed from the differences, because small ones drown in the rounding of large norms; so is that of
+//! the second nearest where rounding could have exchanged them.
 
 use eigenmark_core::landmark::Metric;
 
@@ -14,6 +15,9 @@ use crate::{
     select::{dissimilarity, nearness},
 };
 
+/// Nearnesses that differ by less than this, relative to their magnitude and the view's, may be exchanged by rounding.
+const CLOSE: f64 = 1e-10;
+
 /// Landmarks in f64, and the eigenspace that views are projected into.
 #[derive(Clone, Debug)]
 pub struct Exact {
@@ -21,6 +25,8 @@ pub struct Exact {
     metric: Metric,
     /// l rows of k.
     points: Vec<f64>,
+    /// The same, k rows of l.
+    by_dimension: Vec<f64>,
     squared_norms: Vec<f64>,
     radii: Vec<f32>,
 }
@@ -39,7 +45,12 @@ impl Exact {
             .flat_map(|&view| &coordinates[(view as usize - 1) * k..][..k])
             .copied()
             .collect();
+        let by_dimension = (0..k)
+            .flat_map(|dimension| points.iter().skip(dimension).step_by(k))
+            .copied()
+            .collect();
         Self {
+            by_dimension,
             squared_norms: points.chunks_exact(k).map(|b| dot(b, b)).collect(),
             radii: radii(metric, coordinates, k, landmarks, 0.0),
             basis,
@@ -80,23 +91,34 @@ impl Exact {
     #[must_use]
     pub fn judge_point(&self, coordinates: &[f64]) -> Verdict {
         let squared_norm = dot(coordinates, coordinates);
+        let mut nearnesses = vec![0.0; self.squared_norms.len()];
+        let rows = self.by_dimension.chunks_exact(nearnesses.len());
+        for (g, row) in coordinates.iter().zip(rows) {
+            for (product, h) in nearnesses.iter_mut().zip(row) {
+                *product += g * h;
+            }
+        }
+        for (product, &other_norm) in nearnesses.iter_mut().zip(&self.squared_norms) {
+            *product = nearness(self.metric, *product, squared_norm, other_norm);
+        }
+
         // (nearness, landmark) of the two nearest.
-        let (mut first, mut second) = ((f64::NEG_INFINITY, 0), None);
-        let points = self.points.chunks_exact(coordinates.len());
-        for (index, (b, &other_norm)) in points.zip(&self.squared_norms).enumerate() {
-            let product = dot(coordinates, b);
-            let near = nearness(self.metric, product, squared_norm, other_norm);
+        let mut first = (nearnesses[0], 0);
+        let mut second = None;
+        for (&near, index) in nearnesses[1..].iter().zip(1..) {
             if near > first.0 {
-                second = (index > 0).then_some(first);
+                second = Some(first);
                 first = (near, index);
             } else if second.is_none_or(|(other, _)| near > other) {
                 second = Some((near, index));
             }
         }
-        let (mut nearest, mut is_strict) = (first.1, true);
         let distance_to = |landmark| self.dissimilarity(coordinates, self.point(landmark));
+        let (mut nearest, mut is_strict) = (first.1, true);
         let mut distance = distance_to(nearest);
-        if let Some((_, other)) = second {
+        let close =
+            |(near, _): &(f64, usize)| first.0 - near <= CLOSE * (first.0.abs() + squared_norm);
+        if let Some((_, other)) = second.filter(close) {
             let other_distance = distance_to(other);
             if other_distance < distance {
                 (nearest, distance) = (other, other_distance);
@@ -128,4 +150,76 @@ impl Judge for Exact {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use eigenmark_core::atlas::Blur;
+    use rand::RngExt;
+
+    use super::*;
+    use crate::{
+        learn::{Matrix, Model, Preprocess},
+        select::metric_distance,
+        simulate::seeded,
+    };
+
+    /// Landmarks among 30 random views in 6 dimensions, and the views' coordinates.
+    fn exact(metric: Metric) -> (Exact, Vec<f64>) {
+        let mut random = seeded(8, 8);
+        let vectors: Vec<f32> = (0..30 * 16)
+            .map(|_| random.random_range(0.0..255.0))
+            .collect();
+        let rows = Matrix::new(&vectors, 16);
+        let model = Model::learn(&rows, 6).expect("learns");
+        let preprocess = Preprocess::new(
+            4,
+            eigenmark_core::eigenspace::Normalize::None,
+            Blur::None,
+            0.0,
+        );
+        let coordinates = model.project(&rows);
+        let basis = PixelBasis::new(&model, &preprocess, 0.0);
+        (
+            Exact::new(basis, metric, &coordinates, &[3, 9, 17, 30, 9]),
+            coordinates,
+        )
+    }
+
+    #[test]
+    fn verdicts_are_those_of_all_distances() {
+        for metric in [Metric::Nssd, Metric::Euclid, Metric::Cosine] {
+            let (exact, coordinates) = exact(metric);
+            for point in coordinates.chunks_exact(6) {
+                let distances: Vec<f64> = (0..5)
+                    .map(|index| metric_distance(metric, point, exact.point(index)))
+                    .collect();
+                let least = distances.iter().copied().fold(f64::MAX, f64::min);
+                let nearest = distances
+                    .iter()
+                    .filter(|&&distance| distance == least)
+                    .count();
+                let verdict = exact.judge_point(point);
+                assert_eq!(distances[verdict.landmark as usize], least, "{metric:?}");
+                assert_eq!(verdict.is_strict, nearest == 1, "{metric:?} {distances:?}");
+                // Views 9 and 9 are the same: what is nearest there is never guaranteed.
+                let is_double = [1, 4].contains(&verdict.landmark);
+                assert!(!verdict.is_guaranteed || !is_double);
+            }
+        }
+    }
+
+    #[test]
+    fn a_landmark_is_guaranteed_at_itself_and_strict() {
+        let (exact, _) = exact(Metric::Nssd);
+        let verdict = exact.judge_point(&exact.point(2).to_vec());
+        assert_eq!(
+            verdict,
+            Verdict {
+                landmark: 2,
+                is_strict: true,
+                is_guaranteed: true
+            }
+        );
+    }
 }
