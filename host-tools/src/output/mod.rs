@@ -5,5 +5,5 @@ mod npy;
 mod progress;
 
 pub use files::{OutputError, check_directory, check_target, create_dir, write_file};
-pub use npy::{Number, read_npy, write_npy};
+pub use npy::write_npy;
 pub use progress::{Bar, Progress};

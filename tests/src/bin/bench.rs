@@ -10,7 +10,8 @@
 //! ```
 
 use std::{
-    fs,
+    fs::{self, File},
+    io::BufReader,
     path::Path,
     time::{Duration, Instant},
 };
@@ -19,11 +20,12 @@ use anyhow::{Context, Result, bail};
 use eigenmark::{
     learn::{Candidates, Matrix, Model, Preprocess, Rows, Settings},
     map::Map,
-    output::{Number, read_npy, write_npy},
+    output::{write_file, write_npy},
     select::{
         Dissimilarity, Eligible, Order, Profile, Route, Until, rank_by_ipca, rank_by_ipca_literally,
     },
 };
+use npyz::WriterBuilder;
 use serde::Serialize;
 use serde_json::json;
 
@@ -104,20 +106,25 @@ fn candidates(map: &str, settings: &Settings, every: usize, out: &Path) -> Resul
     let rows = Candidates::new(&map, &settings.grid(&map)?, &preprocess)?;
     let chosen: Vec<usize> = (0..rows.count()).step_by(every.max(1)).collect();
     let shape = [chosen.len() as u64, rows.pixels() as u64];
-    let mut row = vec![0.0_f32; rows.pixels()];
-    let values = chosen.into_iter().flat_map(|first| {
-        rows.read(first, &mut row);
-        row.clone()
-    });
-    write_npy(out, &shape, values)?;
+    write_file(out, |file| {
+        let options = npyz::WriteOptions::new().default_dtype().shape(&shape);
+        let mut writer = options.writer(file).begin_nd()?;
+        let mut row = vec![0.0_f32; rows.pixels()];
+        for &first in &chosen {
+            rows.read(first, &mut row);
+            writer.extend(row.iter().copied())?;
+        }
+        writer.finish()
+    })?;
     say(&json!({}), Duration::ZERO)
 }
 
 /// A matrix, row by row, and its number of columns.
-fn read<T: Number>(path: &str) -> Result<(Vec<T>, usize)> {
-    let (shape, values) = read_npy(Path::new(path))?;
-    let columns = *shape.last().context("a matrix")? as usize;
-    Ok((values, columns))
+fn read<T: npyz::Deserialize>(path: &str) -> Result<(Vec<T>, usize)> {
+    let file = File::open(path).with_context(|| path.to_owned())?;
+    let array = npyz::NpyFile::new(BufReader::new(file))?;
+    let columns = *array.shape().last().context("a matrix")? as usize;
+    Ok((array.into_vec()?, columns))
 }
 
 fn timed<T: Serialize>(repetitions: &str, compute: impl Fn() -> Result<T>) -> Result<()> {
