@@ -2,6 +2,8 @@
 //! with their number.
 
 /// Vectors of one length, numbered from 0, single precision, that can be read again and again.
+///
+/// What learns from them takes `&dyn Rows`: compiled once, here, not in every crate that calls it.
 pub trait Rows: Sync {
     /// How many there are, n.
     fn count(&self) -> usize;

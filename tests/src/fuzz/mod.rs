@@ -1,8 +1,8 @@
 //! What arbitrary bytes may do to the readers: one function per reader, which panics when a promise is broken.
 //!
-//! libFuzzer runs them from `tests/fuzz`, of which this folder is the library, too; `tests/fuzz.rs` runs them everywhere,
-//! over the committed seeds and random changes of them. Where blind bytes would stop at a checksum or a length, an input
-//! is taken as the description of something that passes it.
+//! libFuzzer runs them from `tests/fuzz`, of which this folder is the library, too; `tests/all/fuzz.rs` runs them
+//! everywhere, over the committed seeds and random changes of them. Where blind bytes would stop at a checksum or a
+//! length, an input is taken as the description of something that passes it.
 
 mod atlas;
 mod frame;

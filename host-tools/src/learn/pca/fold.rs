@@ -57,7 +57,7 @@ impl Fold {
     /// # Panics
     /// When there are not that many.
     #[must_use]
-    pub fn of(rows: &impl Rows, first: usize, end: usize) -> Self {
+    pub fn of(rows: &dyn Rows, first: usize, end: usize) -> Self {
         assert!(first <= end && end <= rows.count(), "vectors that exist");
         let (count, pixels) = (end - first, rows.pixels());
         if count < pixels {
@@ -165,7 +165,7 @@ impl Products {
         }
     }
 
-    fn of_rows(rows: &impl Rows, first: usize, end: usize) -> Self {
+    fn of_rows(rows: &dyn Rows, first: usize, end: usize) -> Self {
         let pixels = rows.pixels();
         let mut products = Self::none(pixels);
         let mut buffer = Vec::new();

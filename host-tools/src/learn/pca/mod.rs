@@ -91,14 +91,14 @@ impl Model {
     ///
     /// # Errors
     /// When the vectors span fewer dimensions.
-    pub fn learn(rows: &impl Rows, dimensions: usize) -> Result<Self, PcaError> {
+    pub fn learn(rows: &dyn Rows, dimensions: usize) -> Result<Self, PcaError> {
         Self::learn_up_to(MAX_DECOMPOSED, rows, dimensions)
     }
 
     /// The same with another limit of what is decomposed.
     fn learn_up_to(
         decomposed: usize,
-        rows: &impl Rows,
+        rows: &dyn Rows,
         dimensions: usize,
     ) -> Result<Self, PcaError> {
         if rows.count().min(rows.pixels()) <= decomposed {
@@ -146,7 +146,7 @@ impl Model {
 
     /// Coordinates g of all `rows`, report (2.10): n rows of k.
     #[must_use]
-    pub fn project(&self, rows: &impl Rows) -> Vec<f64> {
+    pub fn project(&self, rows: &dyn Rows) -> Vec<f64> {
         let (m, k) = (self.pixels, self.dimensions);
         let mut coordinates = vec![0.0; rows.count() * k];
         let basis = MatRef::from_row_major_slice(&self.basis, k, m);

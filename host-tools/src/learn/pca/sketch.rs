@@ -39,7 +39,7 @@ const OVERSAMPLING: usize = 10;
 const SEED: u64 = 0x5ce7_c4ed;
 
 /// The eigenspace, and the largest residual relative to its eigenvalue.
-pub(super) fn sketch(rows: &impl Rows, dimensions: usize) -> Result<(Decomposed, f64), PcaError> {
+pub(super) fn sketch(rows: &dyn Rows, dimensions: usize) -> Result<(Decomposed, f64), PcaError> {
     let (n, m) = (rows.count(), rows.pixels());
     let most = m.min(n.saturating_sub(1));
     if dimensions > most {
@@ -94,7 +94,7 @@ fn orthonormal(columns: &Mat<f64>) -> Mat<f64> {
 }
 
 /// x̄, and the sum of all eigenvalues of the products: Σ‖x − x̄‖².
-fn mean_and_total(rows: &impl Rows) -> (Vec<f64>, f64) {
+fn mean_and_total(rows: &dyn Rows) -> (Vec<f64>, f64) {
     let m = rows.pixels();
     let sums = by_parts(rows, |mut sum: Vec<f64>, vectors| {
         sum.resize(m, 0.0);
@@ -127,7 +127,7 @@ fn mean_and_total(rows: &impl Rows) -> (Vec<f64>, f64) {
 }
 
 /// A·Aᵀ·Q.
-fn multiplied(rows: &impl Rows, mean: &[f64], basis: &Mat<f64>) -> Mat<f64> {
+fn multiplied(rows: &dyn Rows, mean: &[f64], basis: &Mat<f64>) -> Mat<f64> {
     let m = rows.pixels();
     let images = by_parts(rows, |sum: Option<Mat<f64>>, vectors| {
         let count = vectors.len() / m;
@@ -157,7 +157,7 @@ fn multiplied(rows: &impl Rows, mean: &[f64], basis: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Folds blocks of vectors into one value per part.
-fn by_parts<T: Default + Send>(rows: &impl Rows, fold: impl Fn(T, &[f32]) -> T + Sync) -> Vec<T> {
+fn by_parts<T: Default + Send>(rows: &dyn Rows, fold: impl Fn(T, &[f32]) -> T + Sync) -> Vec<T> {
     let n = rows.count();
     (0..PARTS)
         .into_par_iter()

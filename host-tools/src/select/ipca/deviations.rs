@@ -12,8 +12,8 @@ pub const BLOCK: usize = 64;
 const LANES: usize = 8;
 
 /// Views as seen from one of them.
-pub struct Deviations<'a, R> {
-    rows: &'a R,
+pub struct Deviations<'a> {
+    rows: &'a dyn Rows,
     /// x_s0.
     origin: Vec<f64>,
 }
@@ -34,9 +34,9 @@ pub struct Block {
     deviations: Vec<f64>,
 }
 
-impl<'a, R: Rows> Deviations<'a, R> {
+impl<'a> Deviations<'a> {
     /// `first` is the candidate (1-based) that is subtracted.
-    pub fn new(rows: &'a R, first: u32) -> Self {
+    pub fn new(rows: &'a dyn Rows, first: u32) -> Self {
         let mut origin = vec![0.0; rows.pixels()];
         rows.read(first as usize - 1, &mut origin);
         let origin = origin.into_iter().map(f64::from).collect();

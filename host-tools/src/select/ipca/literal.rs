@@ -18,8 +18,8 @@ use crate::select::Eligible;
 ///
 /// # Errors
 /// When the start list cannot be one, or a view is not finite.
-pub fn rank_by_ipca_literally<R: Rows>(
-    rows: &R,
+pub fn rank_by_ipca_literally(
+    rows: &dyn Rows,
     eligible: &Eligible,
     start: &[u32],
     until: Until,

@@ -50,8 +50,8 @@ const EVALUATED: usize = 32;
 ///
 /// # Errors
 /// When the start list cannot be one, or a view is not finite.
-pub fn rank_by_ipca<R: Rows>(
-    rows: &R,
+pub fn rank_by_ipca(
+    rows: &dyn Rows,
     eligible: &Eligible,
     start: &[u32],
     until: Until,
@@ -88,17 +88,17 @@ impl Candidate {
     }
 }
 
-struct Search<'a, R> {
+struct Search<'a> {
     eligible: &'a Eligible,
-    started: Started<'a, R>,
+    started: Started<'a>,
     /// All eligible ones, by number.
     candidates: Vec<Candidate>,
     /// The largest that ‖r‖² of each may be; negative for what is not to be selected any more.
     most: Vec<f64>,
 }
 
-impl<'a, R: Rows> Search<'a, R> {
-    fn new(started: Started<'a, R>, eligible: &'a Eligible) -> Self {
+impl<'a> Search<'a> {
+    fn new(started: Started<'a>, eligible: &'a Eligible) -> Self {
         let surveyed = eligible.candidates().iter().zip(&started.surveyed);
         let candidates: Vec<Candidate> = surveyed
             .map(|(&number, surveyed)| Candidate {

@@ -37,9 +37,9 @@ pub fn random_start(eligible: &Eligible, size: usize, seed: u64) -> Result<Vec<u
 }
 
 /// A selection that has its first landmarks.
-pub struct Started<'a, R> {
+pub struct Started<'a> {
     /// All views, less the first landmark's.
-    pub deviations: Deviations<'a, R>,
+    pub deviations: Deviations<'a>,
     /// What is known of every eligible candidate.
     pub surveyed: Vec<Surveyed>,
     /// Directions that are in the survey, of all there are now.
@@ -53,10 +53,10 @@ pub struct Started<'a, R> {
     pub residuals: Vec<f64>,
 }
 
-impl<'a, R: Rows> Started<'a, R> {
+impl<'a> Started<'a> {
     /// Selects the members of `start`, at most as many as landmarks are asked for.
     pub fn new(
-        rows: &'a R,
+        rows: &'a dyn Rows,
         eligible: &Eligible,
         start: &[u32],
         until: Until,
@@ -104,7 +104,7 @@ impl<'a, R: Rows> Started<'a, R> {
 }
 
 /// Rejects what cannot be started from.
-fn check<R: Rows>(rows: &R, eligible: &Eligible, start: &[u32]) -> Result<(), IpcaError> {
+fn check(rows: &dyn Rows, eligible: &Eligible, start: &[u32]) -> Result<(), IpcaError> {
     let count = rows.count();
     if start.is_empty() {
         return Err(IpcaError::EmptyStart);

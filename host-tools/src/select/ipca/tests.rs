@@ -14,7 +14,7 @@ use crate::simulate::seeded;
 const ROUNDING: f64 = 1e-13;
 
 /// Both routes' common result.
-fn ranked<R: Rows>(rows: &R, eligible: &Eligible, start: &[u32], until: Until) -> IpcaRanking {
+fn ranked(rows: &dyn Rows, eligible: &Eligible, start: &[u32], until: Until) -> IpcaRanking {
     let found = rank_by_ipca(rows, eligible, start, until).expect("a start");
     let literal = rank_by_ipca_literally(rows, eligible, start, until).expect("a start");
     assert_eq!(found.ranking, literal.ranking);
@@ -30,7 +30,7 @@ fn ranked<R: Rows>(rows: &R, eligible: &Eligible, start: &[u32], until: Until) -
     found
 }
 
-fn all_of(rows: &impl Rows) -> Eligible {
+fn all_of(rows: &dyn Rows) -> Eligible {
     Eligible::all(rows.count() as u32)
 }
 

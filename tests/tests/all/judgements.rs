@@ -226,7 +226,7 @@ fn tradeoff_row(name: &str, kept: f64, slight: &[Fix], foreign: &[Fix]) -> Strin
 const HEAD: &str = "\
 # What fixes say about themselves, measured
 
-Written by `tests/tests/judgements.rs`, which fails when a promise breaks or a share moves. Eight landmarks at scale
+Written by `tests/tests/all/judgements.rs`, which fails when a promise breaks or a share moves. Eight landmarks at scale
 1/10, gauss1, k = 15, no normalization, nSSD. Shares in percent.
 
 - *Moderate*: rotation to ±20°, shift to ±15 % of the footprint in x and y, altitude ratio to 1.2, gamma to 2 (and the

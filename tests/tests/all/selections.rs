@@ -384,8 +384,8 @@ fn summary_line(all: &[Row], setting: Setting, way: Way, is_spaced: bool) -> Str
 const HEAD: &str = "\
 # What selections are worth, measured
 
-Written by `tests/tests/selections.rs`, which fails when a bound breaks or a number moves. Eight landmarks at scale 1/10,
-gauss1, k = 15.
+Written by `tests/tests/all/selections.rs`, which fails when a bound breaks or a number moves. Eight landmarks at scale
+1/10, gauss1, k = 15.
 
 - *Report*: the report's layout of 83 views (113 on the square kitsap), no normalization, nSSD.
 - *Dense*: a view every fifth of a footprint, zero mean and unit variance, Euclidean distance.

@@ -1,0 +1,16 @@
+//! Everything that is tested across crates, in one program: it is linked once, and its tests share the cores.
+//!
+//! A file here runs only when it is a module below. `cargo test -p eigenmark-tests dense::` runs the tests of one.
+
+mod atlas;
+mod command_line;
+mod dense;
+mod firmware;
+mod fuzz;
+mod judgements;
+mod merge;
+mod panicless;
+mod poses;
+mod quantization;
+mod rankings;
+mod selections;
