@@ -13,4 +13,5 @@ mod panicless;
 mod poses;
 mod quantization;
 mod rankings;
+mod reliability;
 mod selections;
