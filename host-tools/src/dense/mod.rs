@@ -131,18 +131,29 @@ impl<'a> Dense<'a> {
     /// What [`project`](Self::project) does, literally: every window is cut, reduced and multiplied.
     pub fn project_directly(&self, consume: impl Fn(Part<'_>) + Sync) {
         let columns = self.positions.0 as usize;
-        let pixels = self.side * self.side;
+        let (pixels, rows) = (self.side * self.side, self.rows());
+        // The weights of a pixel in all rows, side by side.
+        let by_pixel: Vec<f64> = (0..pixels)
+            .flat_map(|pixel| self.rows.iter().skip(pixel).step_by(pixels).copied())
+            .collect();
         (0..self.positions.1).into_par_iter().for_each(|y| {
             let mut view = vec![0; pixels];
-            let mut dots = vec![0.0; self.rows() * columns];
+            let mut products = vec![0.0; rows];
+            let mut dots = vec![0.0; rows * columns];
             let mut sums = Vec::with_capacity(columns);
-            for x in 0..self.positions.0 {
+            for x in 0..columns {
                 self.integral
-                    .reduce((x, y), self.window_px, self.side, &mut view);
+                    .reduce((x as u32, y), self.window_px, self.side, &mut view);
                 sums.push(Sums::of(&view));
-                let planes = dots.chunks_exact_mut(columns);
-                for (plane, weights) in planes.zip(self.rows.chunks_exact(pixels)) {
-                    plane[x as usize] = dot(weights, &view);
+                products.fill(0.0);
+                for (&y, weights) in view.iter().zip(by_pixel.chunks_exact(rows)) {
+                    let y = f64::from(y);
+                    for (product, weight) in products.iter_mut().zip(weights) {
+                        *product += weight * y;
+                    }
+                }
+                for (plane, &product) in dots.chunks_exact_mut(columns).zip(&products) {
+                    plane[x] = product;
                 }
             }
             consume(Part {
@@ -246,15 +257,6 @@ impl Prepared<'_> {
             });
         });
     }
-}
-
-/// w·y, one after the other.
-fn dot(weights: &[f64], view: &[u8]) -> f64 {
-    weights
-        .iter()
-        .zip(view)
-        .map(|(weight, &y)| weight * f64::from(y))
-        .sum()
 }
 
 #[cfg(test)]

@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn a_landmark_is_guaranteed_at_itself_and_strict() {
         let (exact, _) = exact(Metric::Nssd);
-        let verdict = exact.judge_point(&exact.point(2).to_vec());
+        let verdict = exact.judge_point(exact.point(2));
         assert_eq!(
             verdict,
             Verdict {
