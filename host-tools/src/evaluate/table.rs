@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::{
     evaluation::Evaluated,
@@ -21,13 +21,61 @@ pub struct EvaluatedTable {
 }
 
 /// A landmark and its score.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EvaluatedLandmark {
     /// What was found about it.
-    #[serde(flatten)]
     pub evaluated: Evaluated,
     /// The probability of a right fix; `None` when none was asked for, or there is no room on the map.
     pub score: Option<Score>,
+}
+
+/// What scripts read about a landmark: limits stand beside each other, under the names of their measures.
+#[derive(Serialize)]
+struct LandmarkFields<'a> {
+    landmark: u32,
+    view: u32,
+    place: [f32; 2],
+    nearest: CriterionFields<'a>,
+    guaranteed: CriterionFields<'a>,
+    draws: Draws,
+    score: Option<Score>,
+}
+
+/// What scripts read about a landmark by one criterion.
+#[derive(Serialize)]
+struct CriterionFields<'a> {
+    #[serde(flatten)]
+    limits: &'a BTreeMap<Measure, [f64; 2]>,
+    ends: &'a BTreeMap<Measure, [End; 2]>,
+    catchment_px: u64,
+    catchment_share: f64,
+    catchment_end: End,
+}
+
+impl Serialize for EvaluatedLandmark {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { evaluated, score } = self;
+        let by = |criterion| {
+            let one = evaluated.by(criterion);
+            CriterionFields {
+                limits: &one.limits,
+                ends: &one.ends,
+                catchment_px: one.catchment_px,
+                catchment_share: one.catchment_share,
+                catchment_end: one.catchment_end,
+            }
+        };
+        let fields = LandmarkFields {
+            landmark: evaluated.landmark,
+            view: evaluated.view,
+            place: evaluated.place,
+            nearest: by(Criterion::Nearest),
+            guaranteed: by(Criterion::Guaranteed),
+            draws: evaluated.draws,
+            score: *score,
+        };
+        fields.serialize(serializer)
+    }
 }
 
 /// Means over landmarks.

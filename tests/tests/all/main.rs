@@ -5,6 +5,7 @@
 mod atlas;
 mod command_line;
 mod dense;
+mod evaluate;
 mod firmware;
 mod fuzz;
 mod judgements;

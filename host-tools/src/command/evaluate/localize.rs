@@ -28,7 +28,7 @@ pub struct Named {
 }
 
 /// A view whose localization matrix is asked for.
-struct Subject {
+pub struct Subject {
     name: String,
     site: Option<Site>,
     point: Vec<f64>,
@@ -57,15 +57,15 @@ pub struct Ground<'a> {
 }
 
 impl Ground<'_> {
-    /// Writes the matrices of the landmarks, or of the views that `of` names; how distinct each is.
+    /// Writes the matrices of the landmarks, or of other subjects if there are any; how distinct each is.
     pub fn localize(
         &self,
         directory: &Path,
         sites: &[Site],
-        of: &[String],
+        subjects: &[Subject],
     ) -> anyhow::Result<Vec<Named>> {
         create_dir(directory)?;
-        if of.is_empty() {
+        if subjects.is_empty() {
             let keep = |landmark: usize, matrix: &LocalizationMatrix| {
                 write_matrix(directory, &format!("landmark-{}", landmark + 1), matrix)
             };
@@ -78,10 +78,6 @@ impl Ground<'_> {
             });
             return Ok(named.collect());
         }
-        let subjects: Vec<Subject> = of
-            .iter()
-            .map(|name| self.subject(name))
-            .collect::<anyhow::Result<_>>()?;
         let points: Vec<&[f64]> = subjects
             .iter()
             .map(|subject| subject.point.as_slice())
@@ -113,7 +109,7 @@ impl Ground<'_> {
     }
 
     /// A candidate by its number, or a picture by its path.
-    fn subject(&self, name: &str) -> anyhow::Result<Subject> {
+    pub fn subject(&self, name: &str) -> anyhow::Result<Subject> {
         let side = self.exact.side();
         let mut view = vec![0; side * side];
         let (name, site) = if let Ok(number) = name.parse::<u32>() {

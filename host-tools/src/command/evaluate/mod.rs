@@ -15,7 +15,7 @@ use eigenmark::{
         reliability::{Measure, Steps},
     },
     map::{Integral, Map},
-    output::Progress,
+    output::{Progress, check_directory},
     train::Relearned,
 };
 use eigenmark_core::{atlas::Atlas, landmark::lattice::place};
@@ -23,7 +23,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use self::{
-    localize::{Ground, Named},
+    localize::{Ground, Named, Subject},
     print::{print, print_difference, print_distinctness},
 };
 use super::{Unmet, choices::DeviationChoice, print_json};
@@ -104,6 +104,9 @@ impl Cmd {
             self.min_score.is_none() || self.views > 0,
             "--min-score needs --views above 0"
         );
+        if let Some(directory) = &self.localization {
+            check_directory(directory)?;
+        }
         let buffer = AtlasBuffer::read(&self.atlas)?;
         let atlas = buffer.atlas();
         let map = Map::open(&self.map)?;
@@ -116,6 +119,19 @@ impl Cmd {
         drop(step);
         let (onboard, exact) = (Onboard::new(&atlas), exact(&atlas, relearned));
         let footprint_px = atlas.header().footprint_px as u32;
+        let ground = Ground {
+            map: &map,
+            atlas: &atlas,
+            integral: &integral,
+            exact: &exact,
+            footprint_px,
+        };
+        let subjects: Vec<Subject> = self
+            .of
+            .iter()
+            .map(|name| ground.subject(name))
+            .collect::<anyhow::Result<_>>()?;
+
         let step = progress.step("projecting the map");
         let mut everywhere = Vec::new();
         if self.through != Through::F64 {
@@ -135,16 +151,7 @@ impl Cmd {
         let second = (self.through == Through::Both).then(|| table(1));
         let difference = second.as_ref().map(|second| first.minus(second));
         let distinctness = match &self.localization {
-            Some(directory) => {
-                let ground = Ground {
-                    map: &map,
-                    atlas: &atlas,
-                    integral: &integral,
-                    exact: &exact,
-                    footprint_px,
-                };
-                Some(ground.localize(directory, &sites, &self.of)?)
-            }
+            Some(directory) => Some(ground.localize(directory, &sites, &subjects)?),
             None => None,
         };
 

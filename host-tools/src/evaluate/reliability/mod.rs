@@ -24,7 +24,6 @@ pub use measure::{Measure, Steps};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reliability {
     /// Lower and upper limit of each measure.
-    #[serde(flatten)]
     pub limits: BTreeMap<Measure, [f64; 2]>,
     /// Why they are the limits.
     pub ends: BTreeMap<Measure, [End; 2]>,
