@@ -1,7 +1,7 @@
 //! Evaluation against what it means: every limit and catchment found once more by cutting, reducing, filtering and
 //! comparing views one by one; dense projection against single windows; journals and threads.
 
-use std::{collections::HashSet, fs};
+use std::{collections::HashSet, fs, sync::OnceLock};
 
 use eigenmark::{
     atlas::AtlasBuffer,
@@ -55,12 +55,15 @@ impl Setup {
     }
 
     /// A whole ratio of map pixels to view pixels, and a fraction, under all normalizations and metrics.
-    fn all() -> Vec<Self> {
-        vec![
-            Self::new(5.0, Normalize::None, Metric::Nssd),
-            Self::new(5.0, Normalize::Std, Metric::Cosine),
-            Self::new(7.0, Normalize::Mean, Metric::Euclid),
-        ]
+    fn all() -> &'static [Self; 3] {
+        static ALL: OnceLock<[Setup; 3]> = OnceLock::new();
+        ALL.get_or_init(|| {
+            [
+                Self::new(5.0, Normalize::None, Metric::Nssd),
+                Self::new(5.0, Normalize::Std, Metric::Cosine),
+                Self::new(7.0, Normalize::Mean, Metric::Euclid),
+            ]
+        })
     }
 
     fn exact(&self) -> Exact {
@@ -246,7 +249,7 @@ fn evaluated(setup: &Setup, plan: &Plan, journal: &Journal) -> Vec<Vec<Evaluated
 #[test]
 fn limits_and_catchments_match_their_literal_twins() {
     for setup in Setup::all() {
-        let found = evaluated(&setup, &plan(), &Journal::none());
+        let found = evaluated(setup, &plan(), &Journal::none());
         for (landmark, site) in setup.sites().into_iter().enumerate() {
             let nominal = Scene::nominal(site.place);
             for (judge, evaluated) in found[landmark].iter().enumerate() {

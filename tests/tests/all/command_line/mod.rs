@@ -1,6 +1,8 @@
 //! The command line as scripts and people meet it: exit codes, one-line errors, no half-written files, every kind of
 //! picture.
 
+mod evaluate;
+
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -844,6 +846,7 @@ fn help_is_on_stdout_and_no_error() {
         &["--help"][..],
         &["train", "--help"],
         &["compare", "--help"],
+        &["evaluate", "--help"],
         &["--version"],
     ] {
         let output = run(arguments);
