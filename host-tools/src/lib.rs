@@ -11,7 +11,7 @@
 //! | [`atlas`] | folds, quantizes, calibrates, reads and writes atlases | `atlas` |
 //! | [`train`] | the whole way, from map to atlas, also in parts | — |
 //! | [`simulate`] | a camera over the map | — |
-//! | [`evaluate`] | how often the core is right when the view deviates; selections side by side | `localizer` |
+//! | [`evaluate`] | how far landmarks can be trusted, where the map could be mistaken; selections side by side | `localizer` |
 //! | [`report`] | self-contained HTML pages | — |
 //! | [`output`] | files that are whole or absent, NumPy arrays, progress | — |
 //!
