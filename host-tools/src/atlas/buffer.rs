@@ -6,7 +6,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use eigenmark_core::atlas::{Atlas, AtlasError, Contents, emit, emitted_len};
+use eigenmark_core::{
+    atlas::{Atlas, AtlasError, Contents, Header, emit, emitted_len},
+    landmark::Record,
+};
 
 /// The largest atlas file that is read: more than any microcontroller's flash.
 const MAX_FILE_BYTES: u64 = 256 << 20;
@@ -65,6 +68,28 @@ impl AtlasBuffer {
         let mut words = vec![0; len.div_ceil(size_of::<u64>())];
         emit(contents, &mut bytemuck::cast_slice_mut(&mut words)[..len])?;
         Ok(Self { words, len })
+    }
+
+    /// Writes `atlas` again with another header and other records.
+    ///
+    /// # Errors
+    /// What the core has against them.
+    pub fn with(
+        atlas: &Atlas<'_>,
+        header: &Header,
+        records: &[Record],
+    ) -> Result<Self, AtlasError> {
+        let (eigenspace, landmarks) = (atlas.eigenspace(), atlas.landmarks());
+        let rows = (0..landmarks.len()).flat_map(|index| landmarks.coefficients(index));
+        Self::emit(&Contents {
+            header,
+            weights: eigenspace.stored_weights(),
+            rows: eigenspace.rows(),
+            mean_weights: eigenspace.stored_mean_weights(),
+            coefficients: &rows.collect::<Vec<i16>>(),
+            records,
+            thumbnails: atlas.thumbnails(),
+        })
     }
 
     /// Copies an atlas from bytes.

@@ -11,7 +11,7 @@
 //!   nearest of them. Landmarks that overlap the truth by half a footprint do not count as wrong.
 
 use eigenmark_core::{
-    atlas::{Atlas, AtlasError, Contents, Limits},
+    atlas::{Atlas, AtlasError, Limits},
     landmark::lattice::place,
     localizer::Fix,
 };
@@ -95,20 +95,7 @@ pub fn calibrate(
         }
     }
 
-    let landmarks = atlas.landmarks();
-    let coefficients: Vec<i16> = (0..landmarks.len())
-        .flat_map(|index| landmarks.coefficients(index))
-        .collect();
-    let contents = Contents {
-        header: &header,
-        weights: atlas.eigenspace().stored_weights(),
-        rows: atlas.eigenspace().rows(),
-        mean_weights: atlas.eigenspace().stored_mean_weights(),
-        coefficients: &coefficients,
-        records: &records,
-        thumbnails: atlas.thumbnails(),
-    };
-    Ok(AtlasBuffer::emit(&contents)?)
+    Ok(AtlasBuffer::with(&atlas, &header, &records)?)
 }
 
 /// Fixes of deviated views, each with the landmark (0-based) it deviates from.

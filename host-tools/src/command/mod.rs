@@ -74,7 +74,7 @@ pub fn run() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {}", one_line(&format!("{error:#}")));
+            eprintln!("error: {}", one_line(&told(&error)));
             ExitCode::from(if error.is::<Unmet>() { UNMET } else { UNUSABLE })
         }
     }
@@ -94,6 +94,22 @@ fn usage(error: &clap::Error) -> ExitCode {
     let what = text.split("\n\n").next().unwrap_or_default();
     eprintln!("{}; try --help", one_line(what));
     ExitCode::from(UNUSABLE)
+}
+
+/// An error and its causes, as far as they say more.
+fn told(error: &anyhow::Error) -> String {
+    error
+        .chain()
+        .map(ToString::to_string)
+        .fold(String::new(), |told, cause| {
+            if told.contains(&cause) {
+                told
+            } else if told.is_empty() {
+                cause
+            } else {
+                format!("{told}: {cause}")
+            }
+        })
 }
 
 fn one_line(text: &str) -> String {

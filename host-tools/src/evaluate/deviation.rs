@@ -34,7 +34,7 @@ pub struct Deviation {
 }
 
 /// Draws that are tried before a landmark counts as having no room on the map.
-const TRIES: usize = 2000;
+pub(super) const TRIES: usize = 2000;
 
 impl Deviation {
     /// None at all.

@@ -64,19 +64,6 @@ impl Site {
     }
 }
 
-impl Default for Plan {
-    /// Everything in the report's steps, and 400 moderate deviations per landmark.
-    fn default() -> Self {
-        Self {
-            measures: Measure::ALL.to_vec(),
-            steps: Steps::default(),
-            deviation: Deviation::MODERATE,
-            views: 400,
-            seed: 1,
-        }
-    }
-}
-
 /// Evaluates the landmarks at `sites`, in the order of their rank, by the judges of `everywhere`, which say what they see
 /// at every position of the map. What `journal` knows is not done again, and what is new is written to it. Per landmark
 /// one result per judge; the same for any number of threads.
@@ -106,9 +93,11 @@ pub fn evaluate(
         .into_par_iter()
         .with_max_len(1)
         .map(|landmark| {
-            let known = journal.known(landmark as u32).map(<[_]>::to_vec);
-            let evaluated = match known {
-                Some(evaluated) => evaluated,
+            let known = journal.known(landmark as u32);
+            let evaluated = match known
+                .filter(|known| evaluator.asked(landmark as u32, sites[landmark], known))
+            {
+                Some(known) => known.to_vec(),
                 None => {
                     let evaluated = evaluator.landmark(landmark as u32, sites[landmark]);
                     journal.append(landmark as u32, &evaluated)?;
@@ -130,6 +119,31 @@ struct Evaluator<'a> {
 }
 
 impl Evaluator<'_> {
+    /// Whether this is what is asked about a landmark: a journal may say anything.
+    fn asked(&self, landmark: u32, site: Site, known: &[Evaluated]) -> bool {
+        let mut measures = self.plan.measures.clone();
+        measures.sort_unstable();
+        measures.dedup();
+        let is_whole =
+            |one: &Reliability| one.limits.keys().eq(&measures) && one.ends.keys().eq(&measures);
+        known.len() == self.judges.len()
+            && known.iter().all(|one| {
+                let Draws {
+                    views,
+                    tries,
+                    right,
+                    guaranteed,
+                    guaranteed_wrong,
+                } = one.draws;
+                let is_sound =
+                    right.max(guaranteed).max(guaranteed_wrong) <= views && views <= tries;
+                (one.landmark, one.view) == (landmark + 1, site.view)
+                    && is_whole(&one.nearest)
+                    && is_whole(&one.guaranteed)
+                    && is_sound
+            })
+    }
+
     /// By every judge.
     fn landmark(&self, landmark: u32, site: Site) -> Vec<Evaluated> {
         let camera = Camera::finest(self.footprint_px);

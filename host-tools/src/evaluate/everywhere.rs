@@ -61,6 +61,7 @@ impl<'a> Everywhere<'a> {
     }
 
     /// The same for eigenspaces that differ only in how many of the same dimensions they have: the map is projected once.
+    /// Of others, verdicts are meaningless.
     ///
     /// # Panics
     /// When there is none, or the window does not fit into the map.

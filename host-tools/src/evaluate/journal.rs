@@ -89,6 +89,9 @@ impl Journal {
             .open(path)
             .map_err(io)?;
         let mut text = String::new();
+        if file.metadata().map_err(io)?.len() > MAX_BYTES {
+            return Err(io(io::Error::other("longer than any journal")));
+        }
         (&mut file)
             .take(MAX_BYTES)
             .read_to_string(&mut text)

@@ -8,14 +8,15 @@
 //! **Notation.** s successes in n draws; z = 1.96 for 95 %.
 //!
 //! **Method.** Views are rendered by the camera that flies; draws that show anything beyond the map are drawn again. The
-//! interval is Wilson's (E. B. Wilson, *Probable inference*, 1927), which holds near 0 and 1, too. A set's score is the
-//! mean of its landmarks', whose draws are equally many, so that its interval is that of all draws together.
+//! interval is Wilson's (E. B. Wilson, *Probable inference*, 1927), which holds near 0 and 1, too. A set's score is that of
+//! all its landmarks' draws together: as many of each, but for landmarks without room on the map.
 
 use eigenmark_core::landmark::Point;
 use serde::{Deserialize, Serialize};
 
 use super::{
     Deviation,
+    deviation::TRIES,
     judge::{Criterion, Judge},
     reliability::Observer,
 };
@@ -120,6 +121,9 @@ pub(super) fn draw(
     let mut draws = vec![Draws::default(); judges.len()];
     for _ in 0..views {
         let Some((scene, tries)) = deviation.draw(map, &camera, place, &mut random) else {
+            draws
+                .iter_mut()
+                .for_each(|draws| draws.tries += TRIES as u64);
             break;
         };
         let verdicts = observer.verdicts(&scene, &mut random);

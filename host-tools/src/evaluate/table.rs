@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 use super::{
     evaluation::Evaluated,
     judge::Criterion,
-    reliability::{End, MeanReliability, Measure, Reliability},
+    reliability::{End, MeanReliability, Measure, Reliability, mean},
     score::{Draws, Score},
 };
 
@@ -89,14 +89,14 @@ pub struct EvaluatedMean {
     pub score: Option<Score>,
 }
 
-/// How two judges of the same landmarks differ: the first minus the second.
+/// How two judges of the same landmarks differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JudgeDifference {
     /// As the strict nearest neighbor.
     pub nearest: CriterionDifference,
     /// With a guarantee.
     pub guaranteed: CriterionDifference,
-    /// Difference of the scores of the set, of the same draws.
+    /// The first's score of the set minus the second's, of the same draws.
     pub score: Option<f64>,
 }
 
@@ -105,13 +105,15 @@ pub struct JudgeDifference {
 pub struct CriterionDifference {
     /// Landmarks that agree in everything.
     pub equal: usize,
-    /// Mean differences of the lower and upper limits where both end in a failure.
-    pub mean: BTreeMap<Measure, [f64; 2]>,
-    /// Their largest magnitudes.
+    /// Mean magnitudes of the differences of lower and upper limits that end in a failure by both; `None` without any.
+    pub mean: BTreeMap<Measure, [Option<f64>; 2]>,
+    /// How many those are.
+    pub compared: BTreeMap<Measure, [usize; 2]>,
+    /// The largest magnitudes; zero without any.
     pub largest: BTreeMap<Measure, [f64; 2]>,
-    /// Mean difference of the areas of catchments, in map pixels.
+    /// Mean magnitude of the difference of the areas of catchments, in map pixels.
     pub catchment_px: f64,
-    /// Its largest magnitude.
+    /// The largest, in map pixels.
     pub largest_catchment_px: u64,
 }
 
@@ -154,7 +156,7 @@ impl EvaluatedTable {
 
     /// How this differs from what another judge found about the same landmarks.
     #[must_use]
-    pub fn minus(&self, other: &Self) -> JudgeDifference {
+    pub fn against(&self, other: &Self) -> JudgeDifference {
         let by = |criterion| {
             let pairs = self.landmarks.iter().zip(&other.landmarks);
             let pairs: Vec<_> = pairs
@@ -177,40 +179,38 @@ impl CriterionDifference {
             .first()
             .into_iter()
             .flat_map(|(one, _)| one.limits.keys());
-        let (mut mean, mut largest) = (BTreeMap::new(), BTreeMap::new());
+        let mut found = Self {
+            equal: pairs.iter().filter(|(one, two)| one == two).count(),
+            mean: BTreeMap::new(),
+            compared: BTreeMap::new(),
+            largest: BTreeMap::new(),
+            catchment_px: 0.0,
+            largest_catchment_px: 0,
+        };
         for &measure in measures {
             let differences = [0, 1].map(|side| {
                 let failed = |one: &Reliability| one.ends[&measure][side] == End::Failed;
                 let both = pairs.iter().filter(|(one, two)| failed(one) && failed(two));
                 let difference = |(one, two): &(&Reliability, &Reliability)| {
-                    one.limits[&measure][side] - two.limits[&measure][side]
+                    (one.limits[&measure][side] - two.limits[&measure][side]).abs()
                 };
                 both.map(difference).collect::<Vec<f64>>()
             });
-            mean.insert(measure, differences.each_ref().map(|d| mean_of(d)));
-            largest.insert(
-                measure,
-                differences.map(|d| d.iter().fold(0.0_f64, |m, d| m.max(d.abs()))),
-            );
+            let each = differences.each_ref();
+            found
+                .mean
+                .insert(measure, each.map(|all| mean(all.iter().copied())));
+            found.compared.insert(measure, each.map(Vec::len));
+            let largest = each.map(|all| all.iter().copied().fold(0.0, f64::max));
+            found.largest.insert(measure, largest);
         }
-        let areas: Vec<f64> = pairs
-            .iter()
-            .map(|(one, two)| one.catchment_px as f64 - two.catchment_px as f64)
-            .collect();
-        let apart = pairs
-            .iter()
-            .map(|(one, two)| one.catchment_px.abs_diff(two.catchment_px));
-        Self {
-            equal: pairs.iter().filter(|(one, two)| one == two).count(),
-            mean,
-            largest,
-            catchment_px: mean_of(&areas),
-            largest_catchment_px: apart.max().unwrap_or(0),
-        }
+        let apart = || {
+            pairs
+                .iter()
+                .map(|(one, two)| one.catchment_px.abs_diff(two.catchment_px))
+        };
+        found.catchment_px = mean(apart().map(|area| area as f64)).unwrap_or(0.0);
+        found.largest_catchment_px = apart().max().unwrap_or(0);
+        found
     }
-}
-
-/// The mean; zero of nothing.
-fn mean_of(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
 }

@@ -33,6 +33,12 @@ pub enum GridError {
         /// Height of the map.
         height: u32,
     },
+    /// Corners of windows lie between pixels.
+    #[error("views of {window_px}×{window_px} pixels do not lie on whole pixels of the map")]
+    BetweenPixels {
+        /// Side of the window.
+        window_px: u32,
+    },
     /// A window lies beyond the map.
     #[error("a view of {window_px}×{window_px} pixels around ({}, {}) does not lie on the map", place[0], place[1])]
     OffMap {
@@ -100,12 +106,21 @@ impl Grid {
     /// The windows of `window_px`×`window_px` pixels around the points of some lattices, such as an atlas names.
     ///
     /// # Errors
-    /// When a window does not lie on the map.
+    /// When a window does not lie on the map, or not on whole pixels of it.
     pub fn around(map: &Map, window_px: u32, lattices: &Lattices) -> Result<Self, GridError> {
         check_fit(map, window_px)?;
         let half = window_px as f32 / 2.0;
         let is_on_map = |at: f32, size: u32| at >= half && at + half <= size as f32;
+        let is_whole = |length: f32| length.fract() == 0.0;
         for lattice in lattices {
+            let Point { x_px, y_px } = lattice.origin;
+            if lattice.stride_px < 1.0
+                || ![lattice.stride_px, x_px - half, y_px - half]
+                    .into_iter()
+                    .all(is_whole)
+            {
+                return Err(GridError::BetweenPixels { window_px });
+            }
             let last = lattice.point(u32::from(lattice.columns) - 1, u32::from(lattice.rows) - 1);
             for Point { x_px, y_px } in [lattice.origin, last] {
                 if !is_on_map(x_px, map.width()) || !is_on_map(y_px, map.height()) {

@@ -12,7 +12,7 @@ use eigenmark_core::atlas::{Atlas, AtlasError, Training};
 use crate::{
     atlas::{AtlasBuffer, CalibrationError, Folded, calibrate, radii},
     learn::{Candidates, CandidatesError, Fold, Model, PcaError, Preprocess, Rows, Settings},
-    map::{GridError, Map},
+    map::{Grid, GridError, Map},
     output::Progress,
     select::{Selected, Selection, SelectionError, select},
 };
@@ -125,15 +125,6 @@ fn lay_out(map: &Map, settings: &Settings) -> Result<Candidates, TrainError> {
     if let Selection::Best(best) = &settings.selection {
         best.check(grid.count())?;
     }
-    let (candidates, dimensions) = (grid.count(), settings.dimensions);
-    let bytes = u64::from(candidates) * u64::from(dimensions) * COORDINATE_BYTES;
-    if bytes > MAX_COORDINATE_BYTES {
-        return Err(TrainError::TooManyViews {
-            candidates,
-            dimensions,
-            bytes,
-        });
-    }
     let side = settings.view_side();
     Candidates::check_side(side, settings.view_size_px)?;
     let preprocess = Preprocess::new(
@@ -142,7 +133,26 @@ fn lay_out(map: &Map, settings: &Settings) -> Result<Candidates, TrainError> {
         settings.blur,
         settings.highpass_px,
     );
-    Ok(Candidates::new(map, &grid, &preprocess)?)
+    cut(map, &grid, &preprocess, settings.dimensions)
+}
+
+/// The candidates of a grid, when there is memory for their coordinates.
+fn cut(
+    map: &Map,
+    grid: &Grid,
+    preprocess: &Preprocess,
+    dimensions: u8,
+) -> Result<Candidates, TrainError> {
+    let candidates = grid.count();
+    let bytes = u64::from(candidates) * u64::from(dimensions) * COORDINATE_BYTES;
+    if bytes > MAX_COORDINATE_BYTES {
+        return Err(TrainError::TooManyViews {
+            candidates,
+            dimensions,
+            bytes,
+        });
+    }
+    Ok(Candidates::new(map, grid, preprocess)?)
 }
 
 /// From the eigenspace on.

@@ -2,9 +2,10 @@
 
 use eigenmark_core::{atlas::Atlas, landmark::Record};
 
+use super::{TrainError, cut};
 use crate::{
-    learn::{Candidates, CandidatesError, Model, PcaError, PixelBasis, Preprocess},
-    map::{Grid, GridError, Map},
+    learn::{Model, PixelBasis, Preprocess},
+    map::{Grid, Map},
 };
 
 /// The eigenspace of an atlas before it was quantized, and its candidates in it.
@@ -37,15 +38,9 @@ pub enum RelearnError {
         /// CRC-32 of its luminance.
         found_crc: u32,
     },
-    /// Its candidates do not lie on the map.
+    /// It could not have been trained like that.
     #[error(transparent)]
-    Grid(#[from] GridError),
-    /// Its candidates cannot be views.
-    #[error(transparent)]
-    Candidates(#[from] CandidatesError),
-    /// There is no eigenspace of that size.
-    #[error(transparent)]
-    Pca(#[from] PcaError),
+    Train(#[from] TrainError),
 }
 
 impl Relearned {
@@ -67,15 +62,18 @@ impl Relearned {
                 found_crc,
             });
         }
-        let grid = Grid::around(map, header.footprint_px as u32, &header.lattices)?;
+        // A footprint between pixels leaves corners between pixels: it is refused there.
+        let grid = Grid::around(map, header.footprint_px.round() as u32, &header.lattices)
+            .map_err(TrainError::Grid)?;
         let preprocess = Preprocess::new(
             usize::from(header.view_side),
             header.normalize,
             training.blur,
             f64::from(training.highpass),
         );
-        let candidates = Candidates::new(map, &grid, &preprocess)?;
-        let model = Model::learn(&candidates, usize::from(header.dimensions))?;
+        let candidates = cut(map, &grid, &preprocess, header.dimensions)?;
+        let model =
+            Model::learn(&candidates, usize::from(header.dimensions)).map_err(TrainError::Pca)?;
         let whiten = f64::from(training.whiten);
         let records = atlas.landmarks().records();
         Ok(Self {

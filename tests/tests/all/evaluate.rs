@@ -15,17 +15,18 @@ use eigenmark::{
     map::{Integral, Map},
     output::Progress,
     select::{Selection, metric_distance},
-    simulate::{Camera, Scene, seeded},
+    simulate::{Camera, Corner, Occlusion, Scene, seeded},
     train::{Relearned, Trained, train},
 };
 use eigenmark_core::{
-    atlas::Blur,
+    atlas::{Atlas, Blur},
     eigenspace::Normalize,
     frame::Frame,
-    landmark::Metric,
+    landmark::{Lattice, Metric, Point},
     localizer::Localizer,
     preprocess::{View, reduce},
 };
+use image::GrayImage;
 
 /// A part of the city with 5×4 and 4×3 views, and what was trained on it.
 struct Setup {
@@ -161,15 +162,27 @@ impl Setup {
         scene: impl Fn(i32) -> Option<Scene>,
         passes: impl Fn(&View) -> bool,
     ) -> (i32, End) {
+        self.limit_of(|step| scene(step).map(|scene| [scene]), passes)
+    }
+
+    /// The same where several scenes have to pass.
+    fn limit_of<const N: usize>(
+        &self,
+        scenes: impl Fn(i32) -> Option<[Scene; N]>,
+        passes: impl Fn(&View) -> bool,
+    ) -> (i32, End) {
         let camera = Camera::finest(60);
         for step in 0.. {
-            let Some(scene) = scene(step) else {
+            let Some(scenes) = scenes(step) else {
                 return (step - 1, End::Range);
             };
-            if !camera.is_on_map(&self.map, &scene) {
+            if !scenes
+                .iter()
+                .all(|scene| camera.is_on_map(&self.map, scene))
+            {
                 return ((step - 1).max(0), End::Map);
             }
-            if !passes(&self.view(&scene)) {
+            if !scenes.iter().all(|scene| passes(&self.view(scene))) {
                 return ((step - 1).max(0), End::Failed);
             }
         }
@@ -220,12 +233,7 @@ impl Setup {
 
 fn plan() -> Plan {
     Plan {
-        measures: vec![
-            Measure::Orientation,
-            Measure::Altitude,
-            Measure::Gamma,
-            Measure::Roll,
-        ],
+        measures: Measure::ALL.to_vec(),
         steps: Steps { gamma: 0.25 },
         deviation: Deviation::ROUGH,
         views: 20,
@@ -288,6 +296,15 @@ fn limits_and_catchments_match_their_literal_twins() {
                         let (step, end) = setup.limit(rolled, passes);
                         check(Measure::Roll, side, (degrees(step), end));
 
+                        let pitched = |step: i32| {
+                            (step <= 45).then(|| Scene {
+                                pitch_rad: degrees(step).to_radians(),
+                                ..nominal
+                            })
+                        };
+                        let (step, end) = setup.limit(pitched, passes);
+                        check(Measure::Pitch, side, (degrees(step), end));
+
                         let ratio = |step: i32| 1.0 + degrees(step) / 100.0;
                         let climbed = |step: i32| {
                             (0.25..=4.0).contains(&ratio(step)).then(|| Scene {
@@ -308,6 +325,27 @@ fn limits_and_catchments_match_their_literal_twins() {
                         let (step, end) = setup.limit(lit, passes);
                         check(Measure::Gamma, side, (gamma(step), end));
                     }
+                    let hidden = |step: i32| {
+                        let share = f64::from(step) / 100.0;
+                        let hidden = |corner| Scene {
+                            occlusion: Some(Occlusion { corner, share }),
+                            ..nominal
+                        };
+                        (step <= 50).then(|| Corner::ALL.map(hidden))
+                    };
+                    let (step, end) = setup.limit_of(hidden, passes);
+                    check(Measure::Occlusion, 1, (f64::from(step) / 100.0, end));
+                    let moved = |step: i32| {
+                        let way = f64::from(step) / 50.0 * 60.0;
+                        let moved = |motion_px| Scene {
+                            motion_px,
+                            ..nominal
+                        };
+                        (step <= 25).then(|| [[way, 0.0], [0.0, way]].map(moved))
+                    };
+                    let (step, end) = setup.limit_of(moved, passes);
+                    check(Measure::Motion, 1, (f64::from(step) / 50.0, end));
+
                     let area = setup.catchment(site.corner(60), passes);
                     assert_eq!(one.catchment_px, area, "{:?}", (landmark, judge, criterion));
                 }
@@ -322,6 +360,60 @@ fn limits_and_catchments_match_their_literal_twins() {
             }
         }
     }
+}
+
+#[test]
+fn views_are_those_of_pictures_cut_large_deformed_and_cut() {
+    let setup = &Setup::all()[0];
+    let (x, y) = (100, 80);
+    let scene = Scene::nominal(Point {
+        x_px: x as f32 + 30.0,
+        y_px: y as f32 + 30.0,
+    });
+    let cut =
+        |x, y, side| image::imageops::crop_imm(setup.map.luminance(), x, y, side, side).to_image();
+    let reduced = |picture: &GrayImage| {
+        let side = picture.width() as u16;
+        let frame = Frame::new(picture.as_raw(), side, side, usize::from(side));
+        setup.reduced(&frame.expect("valid"))
+    };
+    // Whole turns of a quarter are exact. A heading clockwise turns the picture the other way.
+    let quarters: [(f64, GrayImage); 3] = [
+        (90.0, image::imageops::rotate270(&cut(x, y, 60))),
+        (180.0, image::imageops::rotate180(&cut(x, y, 60))),
+        (-90.0, image::imageops::rotate90(&cut(x, y, 60))),
+    ];
+    for (heading_deg, picture) in quarters {
+        let turned = Scene {
+            heading_rad: heading_deg.to_radians(),
+            ..scene
+        };
+        assert_eq!(setup.view(&turned), reduced(&picture), "{heading_deg}°");
+    }
+    // From twice the altitude, twice the window: a bilinear sample takes 2×2 pixels in equal parts.
+    let higher = Scene {
+        altitude_ratio: 2.0,
+        ..scene
+    };
+    let (found, expected) = (setup.view(&higher), reduced(&cut(x - 30, y - 30, 120)));
+    let apart = found
+        .pixels()
+        .iter()
+        .zip(expected.pixels())
+        .map(|(a, b)| a.abs_diff(*b));
+    assert!(apart.max() <= Some(1), "but for rounding twice");
+    // Gamma is the map's before it is reduced.
+    let mut darker = cut(x, y, 60);
+    for pixel in darker.iter_mut() {
+        *pixel = (255.0 * (f64::from(*pixel) / 255.0).powf(1.5)).round() as u8;
+    }
+    assert_eq!(
+        setup.view(&Scene {
+            gamma: 1.5,
+            ..scene
+        }),
+        reduced(&darker)
+    );
 }
 
 #[test]
@@ -340,7 +432,7 @@ fn dense_verdicts_and_matrices_match_single_windows() {
 
         let points: Vec<&[f64]> = (0..5).map(|landmark| exact.point(landmark)).collect();
         let sites = setup.sites();
-        localization_matrices(&setup.map, 60, &exact, &points, |landmark, matrix| {
+        let done = localization_matrices(&setup.map, 60, &exact, &points, |landmark, matrix| {
             assert_eq!(matrix.size(), (columns as usize, rows as usize));
             for (index, value) in matrix.values().iter().enumerate().step_by(7) {
                 let [x, y] = matrix.corner(index);
@@ -356,7 +448,9 @@ fn dense_verdicts_and_matrices_match_single_windows() {
             let own = found.own.expect("it is similar to itself");
             assert!(found.is_global && f64::from(own.value) < 1e-6, "{found:?}");
             assert_eq!(own.corner, sites[landmark].corner(60));
+            Ok::<(), ()>(())
         });
+        assert_eq!(done, Ok(()));
     }
 }
 
@@ -393,6 +487,12 @@ fn an_interrupted_evaluation_goes_on_and_threads_do_not_matter() {
     again.sort();
     lines.sort();
     assert_eq!(again, lines, "the same to the byte, in any order");
+
+    // What does not fit the question is asked again.
+    fs::write(&path, format!("{text}{{\"index\":1,\"evaluated\":[]}}\n")).expect("writable");
+    let journal = Journal::open(&path, "this").expect("opens");
+    assert_eq!(evaluated(setup, &plan(), &journal), whole);
+    drop(journal);
 
     let other = Journal::open(&path, "that");
     assert!(matches!(other, Err(JournalError::OtherEvaluation { .. })));
@@ -431,30 +531,30 @@ fn relearning_gives_what_was_trained() {
 
 #[test]
 fn an_atlas_of_another_grid_is_refused_for_its_map() {
-    // The right size and CRC, and a lattice that leaves the map: nothing an atlas says is trusted.
+    // The right size and CRC, but a lattice that leaves the map, or fills memory: nothing an atlas says is trusted.
     let setup = &Setup::all()[0];
-    let atlas = setup.trained.atlas();
-    let mut header = atlas.header().clone();
-    header.lattices[0].origin.x_px = 20.0;
-    let landmarks = atlas.landmarks();
-    let coefficients: Vec<i16> = (0..landmarks.len())
-        .flat_map(|index| landmarks.coefficients(index))
-        .collect();
-    let contents = eigenmark_core::atlas::Contents {
-        header: &header,
-        weights: atlas.eigenspace().stored_weights(),
-        rows: atlas.eigenspace().rows(),
-        mean_weights: atlas.eigenspace().stored_mean_weights(),
-        coefficients: &coefficients,
-        records: landmarks.records(),
-        thumbnails: &[],
+    let refused = |change: &dyn Fn(&mut Lattice)| {
+        let moved = with_lattice(&setup.trained.atlas(), change);
+        let relearned = Relearned::new(&setup.map, &moved.atlas());
+        relearned.expect_err("refused").to_string()
     };
-    let moved = AtlasBuffer::emit(&contents).expect("the core does not mind");
-    let refused = Relearned::new(&setup.map, &moved.atlas()).expect_err("off the map");
-    assert!(
-        refused.to_string().contains("does not lie on the map"),
-        "{refused}"
-    );
+    let beyond = refused(&|lattice| lattice.origin.x_px = 20.0);
+    assert!(beyond.contains("does not lie on the map"), "{beyond}");
+    let many = refused(&|lattice| {
+        (lattice.columns, lattice.rows) = (u16::MAX, u16::MAX);
+        lattice.stride_px = 0.001;
+    });
+    assert!(many.contains("whole pixels"), "{many}");
+    let between = refused(&|lattice| lattice.origin.x_px += 0.25);
+    assert!(between.contains("whole pixels"), "{between}");
+}
+
+/// The same atlas with another first lattice.
+fn with_lattice(atlas: &Atlas<'_>, change: &dyn Fn(&mut Lattice)) -> AtlasBuffer {
+    let mut header = atlas.header().clone();
+    change(&mut header.lattices[0]);
+    let records = atlas.landmarks().records();
+    AtlasBuffer::with(atlas, &header, records).expect("the core does not mind")
 }
 
 /// A judge is asked about pixels only: views of another side are no views.
@@ -463,4 +563,5 @@ fn a_view_of_another_side_has_no_verdict() {
     let setup = &Setup::all()[0];
     let atlas = setup.trained.atlas();
     assert_eq!(Onboard::new(&atlas).judge(&[7; 25]), None);
+    assert_eq!(setup.exact().judge(&[7; 25]), None);
 }

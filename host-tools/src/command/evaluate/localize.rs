@@ -34,9 +34,9 @@ pub struct Subject {
     point: Vec<f64>,
 }
 
-/// Writes the matrix of a subject: an array and a picture.
+/// Writes the matrix of a subject: an array and a picture. No picture that is asked about has such a name.
 fn write_matrix(directory: &Path, name: &str, matrix: &LocalizationMatrix) -> anyhow::Result<()> {
-    let path = |ending| directory.join(format!("{name}.{ending}"));
+    let path = |ending| directory.join(format!("matrix-of-{name}.{ending}"));
     let (columns, rows) = matrix.size();
     let shape = [rows as u64, columns as u64];
     write_npy(&path("npy"), &shape, matrix.values().iter().copied())?;
@@ -78,38 +78,43 @@ impl Ground<'_> {
             });
             return Ok(named.collect());
         }
-        let points: Vec<&[f64]> = subjects
-            .iter()
-            .map(|subject| subject.point.as_slice())
-            .collect();
-        let mut found = Ok(Vec::new());
-        localization_matrices(
-            self.map,
-            self.footprint_px,
-            self.exact,
-            &points,
-            |index, matrix| {
-                let subject = &subjects[index];
-                let corner = subject.site.map(|site| site.corner(self.footprint_px));
-                let named = write_matrix(directory, &subject.name, &matrix).map(|()| Named {
-                    name: subject.name.clone(),
-                    distinctness: Distinctness {
-                        view: subject.site.map_or(0, |site| site.view),
-                        ..Distinctness::of(&matrix, self.footprint_px, corner)
-                    },
-                });
-                match (&mut found, named) {
-                    (Ok(found), Ok(named)) => found.push(named),
-                    (Ok(_), Err(error)) => found = Err(error),
-                    (Err(_), _) => {}
-                }
-            },
-        );
-        found
+        let points: Vec<&[f64]> = subjects.iter().map(|one| one.point.as_slice()).collect();
+        let mut found = Vec::with_capacity(subjects.len());
+        let (map, footprint_px) = (self.map, self.footprint_px);
+        localization_matrices(map, footprint_px, self.exact, &points, |index, matrix| {
+            let Subject { name, site, .. } = &subjects[index];
+            write_matrix(directory, name, &matrix)?;
+            let corner = site.map(|site| site.corner(footprint_px));
+            found.push(Named {
+                name: name.clone(),
+                distinctness: Distinctness {
+                    view: site.map_or(0, |site| site.view),
+                    ..Distinctness::of(&matrix, footprint_px, corner)
+                },
+            });
+            anyhow::Ok(())
+        })?;
+        Ok(found)
+    }
+
+    /// What is asked about, by name.
+    pub fn subjects(&self, of: &[String]) -> anyhow::Result<Vec<Subject>> {
+        let mut subjects: Vec<Subject> = Vec::with_capacity(of.len());
+        for name in of {
+            let subject = self.subject(name)?;
+            let is_new = subjects.iter().all(|other| other.name != subject.name);
+            ensure!(
+                is_new,
+                "{name}: its matrix would overwrite that of another {}",
+                subject.name
+            );
+            subjects.push(subject);
+        }
+        Ok(subjects)
     }
 
     /// A candidate by its number, or a picture by its path.
-    pub fn subject(&self, name: &str) -> anyhow::Result<Subject> {
+    fn subject(&self, name: &str) -> anyhow::Result<Subject> {
         let side = self.exact.side();
         let mut view = vec![0; side * side];
         let (name, site) = if let Ok(number) = name.parse::<u32>() {

@@ -18,12 +18,15 @@ use eigenmark::{
     output::{Progress, check_directory},
     train::Relearned,
 };
-use eigenmark_core::{atlas::Atlas, landmark::lattice::place};
+use eigenmark_core::{
+    atlas::Atlas,
+    landmark::{Record, lattice::place},
+};
 use serde::Serialize;
 use serde_json::json;
 
 use self::{
-    localize::{Ground, Named, Subject},
+    localize::{Ground, Named},
     print::{print, print_difference, print_distinctness},
 };
 use super::{Unmet, choices::DeviationChoice, print_json};
@@ -93,7 +96,7 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     f64: Option<&'a EvaluatedTable>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    core_minus_f64: Option<&'a JudgeDifference>,
+    core_against_f64: Option<&'a JudgeDifference>,
     #[serde(skip_serializing_if = "Option::is_none")]
     distinctness: Option<&'a [Named]>,
 }
@@ -126,11 +129,11 @@ impl Cmd {
             exact: &exact,
             footprint_px,
         };
-        let subjects: Vec<Subject> = self
-            .of
-            .iter()
-            .map(|name| ground.subject(name))
-            .collect::<anyhow::Result<_>>()?;
+        let subjects = ground.subjects(&self.of)?;
+
+        let sites = sites(&atlas);
+        let plan = self.plan();
+        let journal = self.journal(&map, &atlas, &plan)?;
 
         let step = progress.step("projecting the map");
         let mut everywhere = Vec::new();
@@ -142,14 +145,11 @@ impl Cmd {
         }
         drop(step);
 
-        let sites = sites(&atlas);
-        let plan = self.plan();
-        let journal = self.journal(&map, &atlas, &plan)?;
         let found = evaluate(&map, &sites, &everywhere, &plan, &journal, &progress)?;
         let table = |judge: usize| EvaluatedTable::new(found.iter().map(|by| by[judge].clone()));
         let first = table(0);
         let second = (self.through == Through::Both).then(|| table(1));
-        let difference = second.as_ref().map(|second| first.minus(second));
+        let difference = second.as_ref().map(|second| first.against(second));
         let distinctness = match &self.localization {
             Some(directory) => Some(ground.localize(directory, &sites, &subjects)?),
             None => None,
@@ -168,7 +168,7 @@ impl Cmd {
                 plan: &plan,
                 table: &first,
                 f64: second.as_ref(),
-                core_minus_f64: difference.as_ref(),
+                core_against_f64: difference.as_ref(),
                 distinctness: distinctness.as_deref(),
             };
             print_json(&mut out, &report)?;
@@ -245,16 +245,12 @@ fn exact(atlas: &Atlas<'_>, relearned: Relearned) -> Exact {
 }
 
 fn sites(atlas: &Atlas<'_>) -> Vec<Site> {
-    let records = atlas.landmarks().records().iter();
-    records
-        .filter_map(|record| {
-            let place = place(atlas.lattices(), record.view)?;
-            Some(Site {
-                view: record.view,
-                place,
-            })
-        })
-        .collect()
+    let site = |record: &Record| Site {
+        view: record.view,
+        place: place(atlas.lattices(), record.view)
+            .expect("an atlas's landmarks lie on its lattices"),
+    };
+    atlas.landmarks().records().iter().map(site).collect()
 }
 
 fn gamma_step(text: &str) -> Result<f64, String> {

@@ -56,11 +56,10 @@ pub fn print(out: &mut impl Write, plan: &Plan, table: &EvaluatedTable) -> anyho
             Criterion::Guaranteed => &table.mean.guaranteed,
         };
         let range = |measure: Measure, digits: usize| {
-            let show = |limit: Option<f64>| {
-                limit.map_or("-".to_owned(), |limit| format!("{limit:.digits$}"))
-            };
-            let [low, high] = mean.limits[&measure].map(show);
-            format!("{low} … {high} ")
+            let [low, high] = mean.limits[&measure];
+            let [low_mark, high_mark] =
+                mean.counted[&measure].map(|count| if count == 0 { "+" } else { "" });
+            format!("{low:.digits$}{low_mark} … {high:.digits$}{high_mark:<1}")
         };
         writeln!(
             out,
@@ -94,7 +93,7 @@ pub fn print(out: &mut impl Write, plan: &Plan, table: &EvaluatedTable) -> anyho
     }
     writeln!(
         out,
-        "+ at least: the next step would show what lies beyond the map, or is not tried; means leave the first out."
+        "+ at least: the next step would show what lies beyond the map, or is not tried; limits that end at the map are left out of their mean."
     )?;
     Ok(())
 }
@@ -107,25 +106,28 @@ pub fn print_difference(
 ) -> anyhow::Result<()> {
     writeln!(
         out,
-        "\nquantization, and calibration of radii: the core with the atlas minus f64"
+        "\nthe core with the atlas against f64: what quantization changes, and calibration of radii; mean differences, regardless of sign"
     )?;
     for (name, by) in [
         ("nearest", &difference.nearest),
         ("guaranteed", &difference.guaranteed),
     ] {
-        let [orientation, altitude, gamma] =
-            Measure::REPORT.map(|measure| by.mean.get(&measure).copied().unwrap_or_default());
+        let range = |measure: Measure, digits: usize| {
+            let show = |difference: Option<f64>| {
+                difference.map_or("-".to_owned(), |difference| {
+                    format!("{difference:.digits$}")
+                })
+            };
+            let [low, high] = by.mean[&measure].map(show);
+            format!("{low} and {high}")
+        };
         writeln!(
             out,
-            "  {name:<10} {} of {landmarks} landmarks equal; on average orientation {:+.2}° … {:+.2}°, altitude {:+.3} … \
-             {:+.3}, gamma {:+.2} … {:+.2}, catchment {:+.1} px",
+            "  {name:<10} {} of {landmarks} landmarks equal; orientation by {}°, altitude by {}, gamma by {}, catchment by {:.1} px",
             by.equal,
-            orientation[0],
-            orientation[1],
-            altitude[0],
-            altitude[1],
-            gamma[0],
-            gamma[1],
+            range(Measure::Orientation, 2),
+            range(Measure::Altitude, 4),
+            range(Measure::Gamma, 3),
             by.catchment_px
         )?;
     }
@@ -143,7 +145,7 @@ pub fn print_distinctness(
 ) -> anyhow::Result<()> {
     writeln!(
         out,
-        "\nhow distinct on the whole map, in f64, most distinct first"
+        "\nhow distinct on the whole map, in f64; landmarks are in that order"
     )?;
     writeln!(
         out,
@@ -155,18 +157,22 @@ pub fn print_distinctness(
         distinctness: one,
     } in distinctness.iter().take(LISTED)
     {
-        let half = footprint_px / 2;
+        let half = f64::from(footprint_px) / 2.0;
         let (rival, by) = one.rival.map_or(("-".to_owned(), "-".to_owned()), |peak| {
-            let [x, y] = peak.corner.map(|at| at + half);
+            let [x, y] = peak.corner.map(|at| f64::from(at) + half);
             (format!("{x}, {y}"), format!("{:.4}", peak.value))
         });
+        let view = if one.view == 0 {
+            "-".to_owned()
+        } else {
+            one.view.to_string()
+        };
         let slope = one
             .own
             .map_or("-".to_owned(), |peak| format!("{:.5}", peak.slope));
         writeln!(
             out,
-            "{name:>16}{:>7}{:>8}{slope:>12}{:>12.4}{rival:>20}{by:>12}{}",
-            one.view,
+            "{name:>16}{view:>7}{:>8}{slope:>12}{:>12.4}{rival:>20}{by:>12}{}",
             one.peaks,
             one.contrast,
             if one.is_global || one.own.is_none() {

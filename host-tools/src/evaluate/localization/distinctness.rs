@@ -17,7 +17,7 @@ pub struct Distinctness {
     pub landmark: u32,
     /// Its candidate number, 1-based.
     pub view: u32,
-    /// Number of peaks up to the threshold.
+    /// Number of peaks up to the threshold; a thousand are found at most.
     pub peaks: usize,
     /// The threshold: half the mean dissimilarity to the map.
     pub threshold: f32,
@@ -73,7 +73,10 @@ impl Distinctness {
 /// (0-based), in the order of the table.
 ///
 /// # Errors
-/// What `keep` fails with.
+/// What `keep` fails with; the rest is then left undone.
+///
+/// # Panics
+/// When there are more sites than landmarks, or the window does not fit into the map.
 pub fn final_evaluation<E>(
     map: &Map,
     window_px: u32,
@@ -87,7 +90,6 @@ pub fn final_evaluation<E>(
         .map(|landmark| exact.point(landmark))
         .collect();
     let mut found = Vec::with_capacity(sites.len());
-    let mut kept = Ok(());
     localization_matrices(map, window_px, exact, &points, |landmark, matrix| {
         let site = sites[landmark];
         found.push(Distinctness {
@@ -95,12 +97,9 @@ pub fn final_evaluation<E>(
             view: site.view,
             ..Distinctness::of(&matrix, window_px, Some(site.corner(window_px)))
         });
-        if kept.is_ok() {
-            kept = keep(landmark, &matrix);
-        }
         bar.inc(1);
-    });
-    kept?;
+        keep(landmark, &matrix)
+    })?;
     found.sort_by(|a, b| {
         b.contrast
             .total_cmp(&a.contrast)

@@ -18,8 +18,11 @@ use crate::map::Map;
 pub use distinctness::{Distinctness, final_evaluation};
 pub use peaks::{Flooding, NO_PEAK, Peak, Peaks, find_peaks};
 
-/// Matrices that are computed from one projection of the map: 4 bytes per position each.
-const AT_ONCE: usize = 16;
+/// Values of matrices that are computed from one projection of the map: 256 MiB, unless a single matrix has more.
+const VALUES_AT_ONCE: usize = 64 << 20;
+
+/// The same in matrices.
+const MOST_AT_ONCE: usize = 16;
 
 /// The dissimilarity of a view to the window at every position of the map.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,17 +97,24 @@ impl LocalizationMatrix {
 
 /// The matrices of some points of the eigenspace, k coordinates each, on the map of `exact`; handed to `consume` one after
 /// the other, with the point's index.
-pub fn localization_matrices(
+///
+/// # Errors
+/// What `consume` fails with; the rest is then left undone.
+///
+/// # Panics
+/// When the window does not fit into the map.
+pub fn localization_matrices<E>(
     map: &Map,
     window_px: u32,
     exact: &Exact,
     points: &[&[f64]],
-    mut consume: impl FnMut(usize, LocalizationMatrix),
-) {
+    mut consume: impl FnMut(usize, LocalizationMatrix) -> Result<(), E>,
+) -> Result<(), E> {
+    assert!((1..=map.width().min(map.height())).contains(&window_px));
     let columns = (map.width() - window_px + 1) as usize;
     let positions = columns * (map.height() - window_px + 1) as usize;
-    let mut done = 0;
-    for points in points.chunks(AT_ONCE) {
+    let mut indices = 0..;
+    for points in points.chunks((VALUES_AT_ONCE / positions).clamp(1, MOST_AT_ONCE)) {
         let values: Vec<Vec<AtomicU32>> = points
             .iter()
             .map(|_| (0..positions).map(|_| AtomicU32::new(0)).collect())
@@ -117,14 +127,14 @@ pub fn localization_matrices(
                 values[index].store((value as f32).to_bits(), Ordering::Relaxed);
             }
         });
-        for values in values {
+        for (values, index) in values.into_iter().zip(&mut indices) {
             let values = values
                 .into_iter()
                 .map(|bits| f32::from_bits(bits.into_inner()));
-            consume(done, LocalizationMatrix::new(columns, values.collect()));
-            done += 1;
+            consume(index, LocalizationMatrix::new(columns, values.collect()))?;
         }
     }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -33,10 +33,10 @@ pub struct Peak {
     pub value: f32,
     /// Positions that belong to it: an area in map pixels.
     pub size_px: u64,
-    /// How far it lies below the level where its region meets that of a lower peak; for a peak that meets none up to the
-    /// threshold, below the threshold: at least.
+    /// How far it lies below the level where its region meets that of a lower peak; for a peak that meets none, below the
+    /// level where flooding ended: at least.
     pub depth: f32,
-    /// Whether the depth ends at the threshold.
+    /// Whether it met none.
     pub is_deeper: bool,
     /// Rise of its region per map pixel of distance: the least-squares slope of a cone.
     pub slope: f32,
@@ -55,12 +55,15 @@ pub struct Peaks {
 pub const NO_PEAK: u32 = u32::MAX;
 
 impl Flooding {
-    /// Up to half the mean dissimilarity, and up to a thousand peaks.
+    /// Up to half the mean dissimilarity, of windows that have one, and up to a thousand peaks.
     #[must_use]
     pub fn of(matrix: &LocalizationMatrix) -> Self {
-        let sum: f64 = matrix.values().iter().map(|&value| f64::from(value)).sum();
+        let values = matrix.values().iter().filter(|value| value.is_finite());
+        let (sum, count) = values.fold((0.0, 0.0_f64), |(sum, count), &value| {
+            (sum + f64::from(value), count + 1.0)
+        });
         Self {
-            threshold: (0.5 * sum / matrix.values().len() as f64) as f32,
+            threshold: (0.5 * sum / count.max(1.0)) as f32,
             most: 1000,
         }
     }
@@ -82,11 +85,13 @@ pub fn find_peaks(matrix: &LocalizationMatrix, flooding: Flooding) -> Peaks {
     let mut found: Vec<Flooded> = Vec::new();
     let mut marks = vec![NO_PEAK; values.len()];
     let mut is_flooded = vec![false; values.len()];
+    let mut end = flooding.threshold;
     for index in order {
         let index = index as usize;
         let value = values[index];
         if marks[index] == NO_PEAK {
             if found.len() == flooding.most {
+                end = value;
                 break;
             }
             marks[index] = found.len() as u32;
@@ -114,7 +119,7 @@ pub fn find_peaks(matrix: &LocalizationMatrix, flooding: Flooding) -> Peaks {
         corner: matrix.corner(peak.index),
         value: peak.value,
         size_px: peak.size_px,
-        depth: peak.met.unwrap_or(flooding.threshold) - peak.value,
+        depth: peak.met.unwrap_or(end) - peak.value,
         is_deeper: peak.met.is_none(),
         slope,
     });
@@ -264,6 +269,20 @@ mod tests {
         let one = find_peaks(&matrix, Flooding { most: 1, ..ALL });
         assert_eq!(one.peaks.len(), 1);
         assert!(one.peaks[0].size_px < 1200, "ends where the second begins");
+        assert!((one.peaks[0].depth - 0.3).abs() < 1e-6 && one.peaks[0].is_deeper);
+    }
+
+    #[test]
+    fn windows_without_contrast_are_no_part_of_the_map() {
+        let mut values = vec![0.5_f32; 100];
+        values[42] = 0.1;
+        values[7] = f32::INFINITY;
+        let matrix = LocalizationMatrix::new(10, values);
+        let flooding = Flooding::of(&matrix);
+        assert!((flooding.threshold - 0.5 * (98.0 * 0.5 + 0.1) / 99.0).abs() < 1e-6);
+        let peaks = find_peaks(&matrix, flooding).peaks;
+        assert_eq!(peaks.len(), 1);
+        assert!(peaks[0].depth.is_finite() && peaks[0].slope.is_finite());
     }
 
     #[test]

@@ -6,6 +6,9 @@
 //! from the whole map, so that nothing is missing in the corners of a turned view: the same as cutting large, deforming,
 //! then cutting the view. Every pixel of a view is a mean over its area. What would show anything beyond the map is not
 //! tried: that limit ends at the map, and is left out of means.
+//!
+//! **Limits.** A camera has 512×512 pixels at most: from larger windows it sees views sampled twice, which may differ from
+//! the landmarks' own by a few gray levels. Catchments do not go through a camera, and are cut off at the map's edge.
 
 mod catchment;
 mod limits;
@@ -38,15 +41,17 @@ pub struct Reliability {
 /// What landmarks tolerate on average, by one criterion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeanReliability {
-    /// Means of the lower and upper limits that do not end at the map; `None` where all do.
+    /// Means of the lower and upper limits that do not end at the map; where all do, of all of them: at least.
     #[serde(flatten)]
-    pub limits: BTreeMap<Measure, [Option<f64>; 2]>,
-    /// How many limits those are the means of.
+    pub limits: BTreeMap<Measure, [f64; 2]>,
+    /// How many limits do not end at the map.
     pub counted: BTreeMap<Measure, [usize; 2]>,
-    /// Mean area of catchments in map pixels.
+    /// Mean area of the catchments in map pixels, as far as the map goes.
     pub catchment_px: f64,
     /// The same as a share of the map.
     pub catchment_share: f64,
+    /// How many catchments do not end at the map.
+    pub catchments_counted: usize,
 }
 
 impl Reliability {
@@ -75,7 +80,10 @@ impl Reliability {
 }
 
 impl MeanReliability {
-    /// The means over some landmarks, all evaluated by the same measures.
+    /// The means over some landmarks, all evaluated by the same measures. No landmarks have means of zero.
+    ///
+    /// # Panics
+    /// When they were not evaluated by the same measures.
     #[must_use]
     pub fn of(landmarks: &[&Reliability]) -> Self {
         let measures = landmarks
@@ -85,30 +93,31 @@ impl MeanReliability {
         let (mut limits, mut counted) = (BTreeMap::new(), BTreeMap::new());
         for &measure in measures {
             let sides = [0, 1].map(|side| {
-                let inside = landmarks
-                    .iter()
-                    .filter(|one| one.ends[&measure][side] != End::Map);
-                mean(inside.map(|one| one.limits[&measure][side]))
+                let all = landmarks.iter().map(|one| one.limits[&measure][side]);
+                let ends = landmarks.iter().map(|one| one.ends[&measure][side]);
+                let inside = all.clone().zip(ends).filter(|(_, end)| *end != End::Map);
+                let inside: Vec<f64> = inside.map(|(limit, _)| limit).collect();
+                (mean(inside.iter().copied()).or(mean(all)), inside.len())
             });
-            limits.insert(measure, sides.map(|(mean, _)| mean));
+            limits.insert(measure, sides.map(|(mean, _)| mean.unwrap_or(0.0)));
             counted.insert(measure, sides.map(|(_, count)| count));
         }
-        let mean = |value: fn(&Reliability) -> f64| {
-            mean(landmarks.iter().map(|one| value(one)))
-                .0
-                .unwrap_or(0.0)
+        let average = |value: fn(&Reliability) -> f64| {
+            mean(landmarks.iter().map(|one| value(one))).unwrap_or(0.0)
         };
+        let whole = landmarks.iter().filter(|one| one.catchment_end != End::Map);
         Self {
             limits,
             counted,
-            catchment_px: mean(|one| one.catchment_px as f64),
-            catchment_share: mean(|one| one.catchment_share),
+            catchment_px: average(|one| one.catchment_px as f64),
+            catchment_share: average(|one| one.catchment_share),
+            catchments_counted: whole.count(),
         }
     }
 }
 
-/// The mean of some numbers, if there are any, and how many there are.
-fn mean(values: impl Iterator<Item = f64>) -> (Option<f64>, usize) {
-    let (sum, count) = values.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
-    ((count > 0).then(|| sum / count as f64), count)
+/// The mean of some numbers, if there are any.
+pub(super) fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    (count > 0.0).then(|| sum / count)
 }

@@ -83,7 +83,7 @@ fn evaluation_says_how_far_landmarks_can_be_trusted() {
             .is_some_and(|right| interval[0] < right && right < interval[1])
     );
     assert_eq!(both["f64"]["landmarks"].as_array().map(Vec::len), Some(8));
-    assert!(both["core_minus_f64"]["nearest"]["equal"].is_u64());
+    assert!(both["core_against_f64"]["nearest"]["equal"].is_u64());
 
     let core: serde_json::Value =
         serde_json::from_str(&json(&["--through", "core"])).expect("JSON");
@@ -108,7 +108,7 @@ fn evaluation_says_how_far_landmarks_can_be_trusted() {
         "catchment",
         "score",
         "mean",
-        "minus f64",
+        "against f64",
     ] {
         assert!(text.contains(word), "{word} is not in {text}");
     }
@@ -151,12 +151,16 @@ fn localization_matrices_are_written() {
         String::from_utf8(output.stdout).expect("utf-8")
     };
     assert!(localize(&[]).contains("landmark 8"));
-    let picture = image::open(fixture.path("matrices/landmark-1.png")).expect("a picture");
+    let picture =
+        image::open(fixture.path("matrices/matrix-of-landmark-1.png")).expect("a picture");
     assert_eq!((picture.width(), picture.height()), (301, 201));
-    let array = fs::read(fixture.path("matrices/landmark-8.npy")).expect("written");
+    let array = fs::read(fixture.path("matrices/matrix-of-landmark-8.npy")).expect("written");
     assert!(array.starts_with(b"\x93NUMPY") && array.len() > 4 * 301 * 201);
 
     // A candidate, and a picture of its window: the same place.
+    let refused = run(&[&base[..], &["--localization", &out, "--of", "7", "7"]].concat());
+    assert_eq!(refused.status.code(), Some(2));
+
     let window = image::imageops::crop_imm(&small_map(), 200, 100, 100, 100).to_image();
     window.save(fixture.path("window.png")).expect("writable");
     let text = localize(&["--json", "--of", "7", &fixture.name("window.png")]);
