@@ -5,7 +5,7 @@ prints its best time, its peak memory and a result; the two take turns. Results 
 line per row of the table and, with a third argument, writes them there as a Markdown table with their provenance. Exits
 1 when results differ or a ratio is above its limit.
 
-At the end the whole command line trains an atlas from 100,541 views, by every ranking.
+At the end the whole command line trains an atlas from 100,541 views, by every ranking, and evaluates one of 83 landmarks.
 
 usage: benchmark.py BENCH MAP [TABLE] [--quick]
 """
@@ -49,6 +49,14 @@ MAX_TRAINING_MIB = 4096
 
 # How it ranks.
 RANKINGS = ["profile", "ipca", "reliable"]
+
+# What is evaluated of 83 landmarks at scale 1/10, and the user time it may take, in seconds.
+EVALUATIONS = {
+    "orientation, altitude, gamma and catchment, through the core": (["--report-only", "--views", 0, "--through", "core"], 30),
+    "the same, and in f64": (["--report-only", "--views", 0], None),
+    "the same, with a score of 400 views each": (["--report-only"], None),
+    "all measures, score, through the core and in f64": ([], None),
+}
 
 
 # -- what the peers do --------------------------------------------------------------------------------------------
@@ -262,17 +270,27 @@ def main():
         compare(f"dense, {count} of {side} x {side}; SciPy, {called[0]}, {called[1]} workers", 0.5,
                 ("dense", pixels, eigenimages), ("dense", pixels, eigenimages, *called))
 
-        trainings = []
+        trainings, evaluations = [], []
+        eigenmark, atlas = pathlib.Path(bench).with_name("eigenmark"), directory / "atlas"
         for ranking in [] if is_quick else RANKINGS:
-            training = train(pathlib.Path(bench).with_name("eigenmark"), map_path, ranking, directory / "atlas")
+            training = train(eigenmark, map_path, ranking, atlas)
             is_met = training[0] <= MAX_TRAINING_USER_S and training[2] <= MAX_TRAINING_MIB
             failures += not is_met
             trainings.append((ranking, *training))
             verdict = "ok" if is_met else "TOO MUCH"
             print("train, {0}: {1:.1f} s user, {2:.1f} s, {3:.0f} MiB ".format(*trainings[-1]), verdict)
+        if not is_quick:
+            whole([eigenmark, "train", "--map", map_path, "--out", atlas, "--select", "all"])
+        for name, (options, most) in {} if is_quick else EVALUATIONS.items():
+            evaluation = whole([eigenmark, "evaluate", "--map", map_path, "--atlas", atlas, *options])
+            is_met = most is None or evaluation[0] <= most
+            failures += not is_met
+            evaluations.append((name, most, *evaluation))
+            verdict = "ok" if is_met else "TOO MUCH"
+            print("evaluate, {0}: {2:.1f} s user, {3:.1f} s, {4:.0f} MiB ".format(*evaluations[-1]), verdict)
 
     if table:
-        write(table[0], rows, trainings, map_path)
+        write(table[0], rows, trainings, evaluations, map_path)
     return 1 if failures else 0
 
 
@@ -285,17 +303,21 @@ def fastest(command, eigenimages):
 
 
 def train(binary, map_path, ranking, atlas):
-    """User time and wall time in seconds, and peak memory in MiB, of the whole command."""
     command = [binary, "train", "--map", map_path, "--out", atlas, "--select", ranking]
     command += ["--view-size", MANY["view_px"], "--scale", MANY["scale"], "--stride", MANY["stride_px"]]
+    return whole(command)
+
+
+def whole(command):
+    """User time and wall time in seconds, and peak memory in MiB, of a whole command."""
     begin = time.perf_counter()
     process = subprocess.Popen([str(part) for part in command], stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
-    assert status == 0, "training failed"
+    assert status == 0, f"{command} failed"
     return usage.ru_utime, time.perf_counter() - begin, usage.ru_maxrss / 1024
 
 
-def write(path, rows, trainings, map_path):
+def write(path, rows, trainings, evaluations, map_path):
     import scipy
     import sklearn
 
@@ -333,6 +355,15 @@ def write(path, rows, trainings, map_path):
     ]
     for ranking, user, wall, mib in trainings:
         lines.append(f"| {ranking} | {user:.1f} | {wall:.1f} | {mib:.0f} |")
+    lines += [
+        "",
+        "`eigenmark evaluate` of the 83 views of the report's layout as landmarks, with the defaults:",
+        "",
+        "| what | user, s | limit | wall, s | memory, MiB |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for name, most, user, wall, mib in evaluations:
+        lines.append(f"| {name} | {user:.1f} | {'–' if most is None else most} | {wall:.1f} | {mib:.0f} |")
     pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
