@@ -232,17 +232,18 @@ impl Camera {
             fixed(f64::from(scene.place.x_px) - 0.5 + step * (cos * across - sin * along)),
             fixed(f64::from(scene.place.y_px) - 0.5 + step * (sin * across + cos * along)),
         ];
-        let count = u64::from(samples * samples);
+        let count = samples * samples;
         let samples = i64::from(samples);
         for (row, pixels) in (0..).zip(frame.pixels.chunks_exact_mut(usize::from(self.width))) {
             for (column, pixel) in (0..).zip(pixels) {
-                let mut sum = 0_u64;
+                let mut sum = 0;
                 for sub_row in row * samples..(row + 1) * samples {
-                    for sub_column in column * samples..(column + 1) * samples {
-                        let at = |axis: usize| {
-                            first[axis] + sub_column * right[axis] + sub_row * down[axis]
-                        };
-                        sum += u64::from(sampler.bilinear(at(0), at(1)));
+                    let start = column * samples;
+                    let mut x = first[0] + start * right[0] + sub_row * down[0];
+                    let mut y = first[1] + start * right[1] + sub_row * down[1];
+                    for _ in 0..samples {
+                        sum += sampler.bilinear(x, y);
+                        (x, y) = (x + right[0], y + right[1]);
                     }
                 }
                 *pixel = mean(sum, count);
@@ -258,17 +259,17 @@ impl Camera {
             for (column, pixel) in (0..).zip(pixels) {
                 let corner = [f64::from(column), f64::from(row)];
                 let samples = projection.samples(corner);
-                let mut sum = 0_u64;
+                let mut sum = 0;
                 for index in 0..samples * samples {
                     let share = |i: u32| (f64::from(i) + 0.5) / f64::from(samples);
                     let (across, along) = (share(index % samples), share(index / samples));
                     if let Some([x, y]) = projection.ground([corner[0] + across, corner[1] + along])
                     {
                         // The map's pixel centers lie at halves.
-                        sum += u64::from(sampler.bilinear(fixed(x - 0.5), fixed(y - 0.5)));
+                        sum += sampler.bilinear(fixed(x - 0.5), fixed(y - 0.5));
                     }
                 }
-                *pixel = mean(sum, u64::from(samples * samples));
+                *pixel = mean(sum, samples * samples);
             }
         }
     }

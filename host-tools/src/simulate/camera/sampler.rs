@@ -42,16 +42,19 @@ impl<'a> Sampler<'a> {
 }
 
 /// The pixel at a coordinate, or the nearest there is.
+#[inline]
 fn clamped(at: i64, size: usize) -> usize {
     at.clamp(0, size as i64 - 1) as usize
 }
 
 /// A coordinate in 1/2¹⁶ pixels.
+#[inline]
 pub(super) fn fixed(pixels: f64) -> i64 {
     (pixels * 65_536.0).round() as i64
 }
 
-/// The mean of `count` samples of the map from their sum: 0 to 255, rounded half up.
-pub(super) fn mean(sum: u64, count: u64) -> u8 {
+/// The mean of `count` samples of the map from their sum: 0 to 255, rounded half up. Of 64 samples, 32 bits hold the sum.
+#[inline]
+pub(super) fn mean(sum: u32, count: u32) -> u8 {
     ((sum + (count << 15)) / (count << 16)) as u8
 }
