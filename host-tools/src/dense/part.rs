@@ -34,12 +34,6 @@ impl Part<'_> {
         self.rows
     }
 
-    /// Map pixels from a window to the next, along both axes.
-    #[must_use]
-    pub fn step_px(&self) -> u32 {
-        self.step_px
-    }
-
     /// The top-left corner of window `index`, in map pixels; windows are counted row by row.
     ///
     /// # Panics

@@ -13,12 +13,7 @@ fn map() -> Map {
 
 #[test]
 fn at_nominal_pose_and_the_maps_scale_pixels_are_copied() {
-    let camera = Camera {
-        width: 100,
-        height: 100,
-        footprint_px: 100.0,
-        field_of_view_rad: FIELD_OF_VIEW_RAD,
-    };
+    let camera = Camera::finest(100);
     let mut frame = camera.frame();
     let scene = Scene::nominal(Point {
         x_px: 150.0,
@@ -94,12 +89,7 @@ fn a_quarter_turn_clockwise_puts_map_right_at_the_top() {
     let mut picture = GrayImage::new(400, 300);
     picture.put_pixel(249, 120, image::Luma([200])); // right of the middle
     let map = Map::from_luminance("test", picture);
-    let camera = Camera {
-        width: 100,
-        height: 100,
-        footprint_px: 100.0,
-        field_of_view_rad: FIELD_OF_VIEW_RAD,
-    };
+    let camera = Camera::finest(100);
     let mut frame = camera.frame();
     let heading_rad = std::f64::consts::FRAC_PI_2;
     let scene = Scene {
