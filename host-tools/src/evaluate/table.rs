@@ -128,6 +128,17 @@ impl Evaluated {
     }
 }
 
+impl EvaluatedMean {
+    /// The means by one criterion.
+    #[must_use]
+    pub fn by(&self, criterion: Criterion) -> &MeanReliability {
+        match criterion {
+            Criterion::Nearest => &self.nearest,
+            Criterion::Guaranteed => &self.guaranteed,
+        }
+    }
+}
+
 impl EvaluatedTable {
     /// The table of landmarks that were evaluated by the same measures.
     #[must_use]

@@ -172,8 +172,7 @@ impl Inside {
 
 /// The mean catchment of all landmarks, as far as the map goes, in percent of the map.
 fn catchment(table: &EvaluatedTable, by: usize) -> f64 {
-    let mean = [&table.mean.nearest, &table.mean.guaranteed][by];
-    100.0 * mean.catchment_share
+    100.0 * table.mean.by(Criterion::ALL[by]).catchment_share
 }
 
 /// The slope of the least-squares line and Pearson's correlation.

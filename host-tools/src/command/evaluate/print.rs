@@ -51,10 +51,7 @@ pub fn print(out: &mut impl Write, plan: &Plan, table: &EvaluatedTable) -> anyho
             let more = table.landmarks.len() - LISTED;
             writeln!(out, "{:>8} {more} more; --json lists all", "…")?;
         }
-        let mean = match criterion {
-            Criterion::Nearest => &table.mean.nearest,
-            Criterion::Guaranteed => &table.mean.guaranteed,
-        };
+        let mean = table.mean.by(criterion);
         let range = |measure: Measure, digits: usize| {
             let [low, high] = mean.limits[&measure];
             let [low_mark, high_mark] =
