@@ -1,12 +1,14 @@
 //! What is in an atlas, for people and for scripts.
 
 use eigenmark_core::{
-    atlas::{Atlas, Blur},
+    atlas::Atlas,
     eigenspace::Normalize,
     landmark::{Metric, Width, lattice::candidate_count, lattice::place},
     localizer::Localizer,
 };
 use serde::Serialize;
+
+use crate::learn::blur_name;
 
 /// What is in an atlas.
 #[derive(Clone, Debug, Serialize)]
@@ -129,12 +131,7 @@ impl Summary {
             },
             settings: SettingsSummary {
                 scale: training.scale,
-                blur: match training.blur {
-                    Blur::None => "none",
-                    Blur::Gauss1 => "gauss1",
-                    Blur::Gauss2 => "gauss2",
-                    Blur::Gauss3 => "gauss3",
-                },
+                blur: blur_name(training.blur),
                 normalize: match header.normalize {
                     Normalize::None => "none",
                     Normalize::Mean => "mean",

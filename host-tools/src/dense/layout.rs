@@ -52,16 +52,27 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// The cheapest layout with transforms of up to `largest` numbers along an axis.
+    /// The cheapest layout of all phases, with transforms of up to `largest` numbers along an axis.
     pub(super) fn new(task: &Task, largest: usize) -> Self {
+        let count = |positions: u32| positions.min(task.block_px);
+        let (columns, rows) = (count(task.positions.0), count(task.positions.1));
+        let phases = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+        Self::of_phases(task, phases, largest)
+    }
+
+    /// The same of some phases: the corners of their first windows.
+    pub(super) fn of_phases(
+        task: &Task,
+        phases: impl IntoIterator<Item = (u32, u32)>,
+        largest: usize,
+    ) -> Self {
         let (columns, rows) = task.positions;
         // The first phase has the most windows.
         let most = [columns, rows].map(|count| count.div_ceil(task.block_px) as usize);
         let transform = task.transform(most, largest);
         let spans = [transform.0, transform.1].map(|length| length - task.side + 1);
         let mut tiles = Vec::new();
-        let phases = |count: u32| 0..count.min(task.block_px);
-        for (x, y) in phases(rows).flat_map(|y| phases(columns).map(move |x| (x, y))) {
+        for (x, y) in phases {
             let across = cuts((columns - x).div_ceil(task.block_px) as usize, spans[0]);
             for (top, rows) in cuts((rows - y).div_ceil(task.block_px) as usize, spans[1]) {
                 tiles.extend(across.iter().map(|&(left, columns)| {

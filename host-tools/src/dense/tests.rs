@@ -127,6 +127,38 @@ fn ratios_that_are_not_whole_are_projected_directly() {
 }
 
 #[test]
+fn a_lattice_is_what_all_windows_say_of_it() {
+    for (window_px, side, step_px) in [(60, 20, 3), (60, 20, 4), (50, 12, 4), (50, 12, 7)] {
+        let rows = weights(side, Weights::Both);
+        let picture = picture(107, 93);
+        let dense = Dense::new(&picture, window_px, side, &rows);
+        let (columns, lines) = dense.positions();
+        let all = fast(&dense);
+        for first in [(0, 0), (2, 1), (step_px, 0)] {
+            let seen = Mutex::new(0);
+            dense.project_lattice(first, step_px, |part| {
+                for (index, sums) in part.sums().iter().enumerate() {
+                    let (x, y) = part.corner(index);
+                    assert!((x - first.0).is_multiple_of(step_px));
+                    assert!((y - first.1).is_multiple_of(step_px));
+                    let mut dots = vec![0.0; ROWS];
+                    part.dots(index, &mut dots);
+                    let (expected, expected_sums) = &all[(y * columns + x) as usize];
+                    assert_eq!(sums, expected_sums);
+                    for (dot, expected) in dots.iter().zip(expected) {
+                        assert!((dot - expected).abs() < TOLERANCE * 255.0 * (side * side) as f64);
+                    }
+                    *seen.lock().expect("no panics") += 1;
+                }
+            });
+            let count = |size: u32, at: u32| (size - at).div_ceil(step_px);
+            let seen = seen.into_inner().expect("no panics");
+            assert_eq!(seen, count(columns, first.0) * count(lines, first.1));
+        }
+    }
+}
+
+#[test]
 fn whole_weights_round_to_the_exact_dots() {
     for (window_px, side) in [(50, 50), (100, 20)] {
         let picture = picture(140, 120);

@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use crate::{
     atlas::radii,
-    learn::{Candidates, Model, Settings},
+    learn::{Candidates, Model, Settings, first_columns},
     map::Map,
     output::Progress,
     select::{
@@ -298,12 +298,6 @@ impl Selector<'_> {
             reliable: stable(&reliable)?,
         })
     }
-}
-
-/// The first `count` of every row of `width` numbers.
-fn first_columns(rows: &[f64], width: usize, count: usize) -> Vec<f64> {
-    let rows = rows.chunks_exact(width);
-    rows.flat_map(|row| &row[..count]).copied().collect()
 }
 
 #[cfg(test)]

@@ -147,7 +147,7 @@ impl Evaluator<'_> {
     /// By every judge.
     fn landmark(&self, landmark: u32, site: Site) -> Vec<Evaluated> {
         let camera = Camera::finest(self.footprint_px);
-        let mut observer = Observer::new(self.map, camera, self.judges);
+        let mut observer = Observer::new(self.map, camera, &self.judges);
         // By measure, by judge, by criterion.
         let limits: Vec<_> = self
             .plan

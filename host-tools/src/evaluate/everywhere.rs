@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::judge::{Exact, Judge, Verdict};
 use crate::{
-    dense::Dense,
+    dense::{Dense, Part},
     learn::PixelBasis,
     map::{Integral, Map},
 };
@@ -77,7 +77,7 @@ impl<'a> Everywhere<'a> {
         let bases = exacts.iter().map(Exact::basis);
         let largest = bases.max_by_key(|basis| basis.dimensions());
         let largest = largest.expect("at least one eigenspace");
-        project_everywhere(map, window_px, largest, |(x, y), coordinates| {
+        project_everywhere(map, window_px, largest, None, |(x, y), coordinates| {
             for (everywhere, exact) in all.iter().zip(exacts) {
                 let k = exact.basis().dimensions();
                 let verdict = coordinates.map(|coordinates| exact.judge_point(&coordinates[..k]));
@@ -134,17 +134,19 @@ impl<'a> Everywhere<'a> {
     }
 }
 
-/// The coordinates of the window at every position of the map, `None` where there is no contrast to normalize. `visit` is
-/// called from several threads, once per position, in any order.
+/// The coordinates of the window at every position of the map, or only at those of a lattice: its first corner and the
+/// distance between corners. `None` where there is no contrast to normalize. `visit` is called from several threads, once
+/// per position, in any order.
 pub(super) fn project_everywhere(
     map: &Map,
     window_px: u32,
     basis: &PixelBasis,
+    lattice: Option<((u32, u32), u32)>,
     visit: impl Fn((u32, u32), Option<&[f64]>) + Sync,
 ) {
     let side = basis.pixels().isqrt();
     let dense = Dense::new(map.luminance(), window_px, side, basis.weights());
-    dense.project(|part| {
+    let consume = |part: Part<'_>| {
         let mut coordinates = vec![0.0; basis.dimensions()];
         for (index, &sums) in part.sums().iter().enumerate() {
             part.dots(index, &mut coordinates);
@@ -154,7 +156,11 @@ pub(super) fn project_everywhere(
                 has_contrast.then_some(coordinates.as_slice()),
             );
         }
-    });
+    };
+    match lattice {
+        None => dense.project(consume),
+        Some((first, step_px)) => dense.project_lattice(first, step_px, consume),
+    }
 }
 
 fn packed(verdict: Option<Verdict>) -> u32 {

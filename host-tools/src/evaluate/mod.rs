@@ -33,6 +33,7 @@ pub use evaluation::{Evaluated, Plan, Site, evaluate};
 pub use everywhere::Everywhere;
 pub use journal::{Journal, JournalError};
 pub use judge::{Criterion, Exact, Judge, Onboard, Verdict};
+pub(crate) use judge::{Panel, nearest_of};
 pub use score::{Draws, Score, wilson_interval};
 pub use table::{
     CriterionDifference, EvaluatedLandmark, EvaluatedMean, EvaluatedTable, JudgeDifference,

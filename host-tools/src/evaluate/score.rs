@@ -116,7 +116,7 @@ pub(super) fn draw(
     views: u64,
     seed: u64,
 ) -> Vec<Draws> {
-    let mut observer = Observer::new(map, camera, judges);
+    let mut observer = Observer::new(map, camera, &judges);
     let mut random = seeded(seed, u64::from(landmark));
     let mut draws = vec![Draws::default(); judges.len()];
     for _ in 0..views {
@@ -126,7 +126,7 @@ pub(super) fn draw(
                 .for_each(|draws| draws.tries += TRIES as u64);
             break;
         };
-        let verdicts = observer.verdicts(&scene, &mut random);
+        let verdicts = observer.verdicts(landmark, &scene, &mut random);
         for (draws, verdict) in draws.iter_mut().zip(verdicts) {
             let is_guaranteed = verdict.is_some_and(|verdict| verdict.is_guaranteed);
             let is_guaranteed_right = Criterion::Guaranteed.holds(verdict, landmark);

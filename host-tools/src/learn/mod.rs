@@ -10,8 +10,8 @@ mod settings;
 
 pub use candidates::{Candidates, CandidatesError};
 pub use ipca::{Growth, IncrementalPca, RESIDUAL_TOLERANCE};
-pub use pca::{Fold, Model, PcaError, Route};
+pub use pca::{Fold, Model, PcaError, Route, first_columns};
 pub use pixel_basis::PixelBasis;
 pub use preprocess::{Kernel, Preprocess};
 pub use rows::{Matrix, Rows};
-pub use settings::{HIGHPASSES, SCALES, Settings, WHITENINGS};
+pub use settings::{HIGHPASSES, SCALES, Settings, WHITENINGS, blur_name};

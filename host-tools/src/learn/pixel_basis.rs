@@ -5,6 +5,7 @@
 //! coordinates Λ^(−α/2)·Tᵀ(x − x̄), report (2.10).
 
 use eigenmark_core::eigenspace::Normalize;
+use faer::{Accum, MatMut, MatRef, Par, linalg::matmul::matmul};
 
 use super::{Model, Preprocess};
 use crate::dense::Sums;
@@ -89,6 +90,32 @@ impl PixelBasis {
             .map(|row| row.iter().zip(&view).map(|(w, y)| w * y).sum())
             .collect();
         self.finish(sums, &mut coordinates).then_some(coordinates)
+    }
+
+    /// The same for many views at once, m pixels each; their last bits may differ from [`project`](Self::project)'s.
+    ///
+    /// # Panics
+    /// When there is no whole number of views.
+    #[must_use]
+    pub fn project_all(&self, views: &[u8]) -> Vec<Option<Vec<f64>>> {
+        let (m, k, n) = (self.pixels, self.dimensions(), views.len() / self.pixels);
+        assert!(views.len() == n * m, "whole views");
+        let pixels: Vec<f64> = views.iter().map(|&y| f64::from(y)).collect();
+        let mut products = vec![0.0; k * n];
+        matmul(
+            MatMut::from_column_major_slice_mut(&mut products, k, n),
+            Accum::Replace,
+            MatRef::from_row_major_slice(&self.weights, k, m),
+            MatRef::from_column_major_slice(&pixels, m, n),
+            1.0,
+            Par::Seq,
+        );
+        let of_views = views.chunks_exact(m).zip(products.chunks_exact_mut(k));
+        of_views
+            .map(|(view, products)| {
+                (self.finish(Sums::of(view), products)).then(|| products.to_vec())
+            })
+            .collect()
     }
 
     /// Turns products w·y of a view with these sums of pixels into coordinates. `false` for a flat view under

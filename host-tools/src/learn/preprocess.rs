@@ -193,6 +193,12 @@ impl Preprocess {
         self.normalize
     }
 
+    /// Whether what PCA sees are gray levels: nothing is done but blur.
+    #[must_use]
+    pub fn keeps_levels(&self) -> bool {
+        self.normalize == Normalize::None && self.highpass.is_none()
+    }
+
     /// x of the pixels of a view, or `None` when it is flat and contrast is normalized.
     #[must_use]
     pub fn of_pixels(&self, pixels: &[u8]) -> Option<Vec<f64>> {

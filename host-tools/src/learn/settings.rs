@@ -24,6 +24,17 @@ pub const HIGHPASSES: RangeInclusive<f64> = 0.0..=1000.0;
 /// Whitening exponents that can be chosen.
 pub const WHITENINGS: RangeInclusive<f64> = 0.0..=2.0;
 
+/// What users call a blur.
+#[must_use]
+pub fn blur_name(blur: Blur) -> &'static str {
+    match blur {
+        Blur::None => "none",
+        Blur::Gauss1 => "gauss1",
+        Blur::Gauss2 => "gauss2",
+        Blur::Gauss3 => "gauss3",
+    }
+}
+
 /// How an atlas is trained. The default is the report's representative setting.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {

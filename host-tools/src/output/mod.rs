@@ -1,9 +1,11 @@
-//! What leaves the program: files that are whole or absent, NumPy arrays, progress.
+//! What leaves the program: files that are whole or absent, NumPy arrays, pictures inside pages, progress.
 
 mod files;
 mod npy;
+mod picture;
 mod progress;
 
 pub use files::{OutputError, check_directory, check_target, create_dir, write_file};
 pub use npy::write_npy;
+pub use picture::{jpeg_uri, png_uri};
 pub use progress::{Bar, Progress};

@@ -52,6 +52,11 @@ impl Progress {
 }
 
 impl Bar {
+    /// Says what is being done now.
+    pub fn say(&self, what: String) {
+        self.0.set_message(what);
+    }
+
     /// Counts `parts` more as done.
     pub fn inc(&self, parts: u64) {
         self.0.inc(parts);

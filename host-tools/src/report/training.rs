@@ -9,11 +9,16 @@ use image::{DynamicImage, GrayImage, imageops::FilterType};
 use super::{
     Page,
     page::escape,
-    picture::{jpeg_uri, png_uri},
     plot::{Axes, line_plot},
 };
 use crate::{
-    atlas::Summary, evaluate::Outcome, learn::Model, map::Map, simulate::Waypoint, train::Trained,
+    atlas::Summary,
+    evaluate::Outcome,
+    learn::Model,
+    map::Map,
+    output::{jpeg_uri, png_uri},
+    simulate::Waypoint,
+    train::Trained,
 };
 
 /// Width of the map in the report, in pixels.

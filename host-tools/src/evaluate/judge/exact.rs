@@ -2,21 +2,17 @@
 //!
 //! **Notation.** a the view's coordinates, b a landmark's; A = ‖a‖², B = ‖b‖².
 //!
-//! **Method.** One product a·b per landmark finds the nearest, dimension by dimension over all landmarks at once. Its
-//! distance is then computed from the differences, because small ones drown in the rounding of large norms; so are those of
-//! all that rounding could have exchanged it with.
+//! **Method.** One product a·b per landmark says which are near, dimension by dimension over all landmarks at once; see
+//! `nearest` for the rest.
 
 use eigenmark_core::landmark::Metric;
 
-use super::{Judge, Verdict};
+use super::{Judge, Verdict, nearest_of};
 use crate::{
     atlas::radii,
     learn::PixelBasis,
     select::{dissimilarity, nearness},
 };
-
-/// Nearnesses that differ by less than this, relative to their magnitude and the view's, may be exchanged by rounding.
-const CLOSE: f64 = 1e-10;
 
 /// Landmarks in f64, and the eigenspace that views are projected into.
 #[derive(Clone, Debug)]
@@ -96,24 +92,12 @@ impl Exact {
             *product = nearness(self.metric, *product, squared_norm, other_norm);
         }
 
-        let greatest = nearnesses.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let close = CLOSE * (greatest.abs() + squared_norm);
-        let (mut nearest, mut distance, mut is_strict) = (0, f64::INFINITY, true);
-        for (landmark, near) in nearnesses.into_iter().enumerate() {
-            if near + close < greatest {
-                continue;
-            }
-            let other = self.dissimilarity(coordinates, self.point(landmark));
-            if other < distance {
-                (nearest, distance, is_strict) = (landmark, other, true);
-            } else if other == distance {
-                is_strict = false;
-            }
-        }
+        let distance = |landmark| self.dissimilarity(coordinates, self.point(landmark));
+        let nearest = nearest_of(nearnesses.iter().copied(), squared_norm, distance);
         Verdict {
-            landmark: nearest as u32,
-            is_strict,
-            is_guaranteed: distance < f64::from(self.radii[nearest]),
+            landmark: nearest.index as u32,
+            is_strict: nearest.is_strict,
+            is_guaranteed: nearest.distance < f64::from(self.radii[nearest.index]),
         }
     }
 }

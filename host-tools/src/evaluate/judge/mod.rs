@@ -1,10 +1,14 @@
 //! Who says which landmark a view shows: the quantized atlas through the core, or the eigenspace in f64.
 
 mod exact;
+mod nearest;
 mod onboard;
+mod panel;
 
 pub use exact::Exact;
+pub(crate) use nearest::nearest_of;
 pub use onboard::Onboard;
+pub(crate) use panel::Panel;
 
 /// What is said about a view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

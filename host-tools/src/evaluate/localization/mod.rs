@@ -24,22 +24,34 @@ const VALUES_AT_ONCE: usize = 64 << 20;
 /// The same in matrices.
 const MOST_AT_ONCE: usize = 16;
 
-/// The dissimilarity of a view to the window at every position of the map.
+/// The dissimilarity of a view to the window at every position of the map, or of a lattice of positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LocalizationMatrix {
     columns: usize,
     values: Vec<f32>,
+    first: (u32, u32),
+    step_px: u32,
 }
 
 impl LocalizationMatrix {
-    /// A matrix from its values, row by row.
+    /// A matrix of all positions from its values, row by row.
     ///
     /// # Panics
     /// When there is none, or no whole number of rows.
     #[must_use]
     pub fn new(columns: usize, values: Vec<f32>) -> Self {
+        Self::on_lattice((0, 0), 1, columns, values)
+    }
+
+    /// A matrix of positions that are `step_px` apart, the first at `first`.
+    fn on_lattice(first: (u32, u32), step_px: u32, columns: usize, values: Vec<f32>) -> Self {
         assert!(!values.is_empty() && values.len().is_multiple_of(columns));
-        Self { columns, values }
+        Self {
+            columns,
+            values,
+            first,
+            step_px,
+        }
     }
 
     /// Columns and rows.
@@ -57,7 +69,15 @@ impl LocalizationMatrix {
     /// The top-left pixel of the window of value `index`.
     #[must_use]
     pub fn corner(&self, index: usize) -> [u32; 2] {
-        [(index % self.columns) as u32, (index / self.columns) as u32]
+        let (column, row) = (index % self.columns, index / self.columns);
+        let [x, y] = [column, row].map(|at| at as u32 * self.step_px);
+        [self.first.0 + x, self.first.1 + y]
+    }
+
+    /// What a value stands for: an area in map pixels.
+    #[must_use]
+    pub fn cell_px(&self) -> u64 {
+        u64::from(self.step_px) * u64::from(self.step_px)
     }
 
     /// The values around value `index`: eight, fewer at the edges.
@@ -110,31 +130,80 @@ pub fn localization_matrices<E>(
     points: &[&[f64]],
     mut consume: impl FnMut(usize, LocalizationMatrix) -> Result<(), E>,
 ) -> Result<(), E> {
-    assert!((1..=map.width().min(map.height())).contains(&window_px));
-    let columns = (map.width() - window_px + 1) as usize;
-    let positions = columns * (map.height() - window_px + 1) as usize;
+    let [columns, rows] = positions(map, window_px);
     let mut indices = 0..;
-    for points in points.chunks((VALUES_AT_ONCE / positions).clamp(1, MOST_AT_ONCE)) {
-        let values: Vec<Vec<AtomicU32>> = points
-            .iter()
-            .map(|_| (0..positions).map(|_| AtomicU32::new(0)).collect())
-            .collect();
-        project_everywhere(map, window_px, exact.basis(), |(x, y), coordinates| {
-            let index = y as usize * columns + x as usize;
+    let at_once = VALUES_AT_ONCE / (columns as usize * rows as usize);
+    for points in points.chunks(at_once.clamp(1, MOST_AT_ONCE)) {
+        let matrices = matrices(map, window_px, exact, points, None);
+        for (matrix, index) in matrices.into_iter().zip(&mut indices) {
+            consume(index, matrix)?;
+        }
+    }
+    Ok(())
+}
+
+/// The same at positions that are `step_px` apart, among them the window whose corner is at `corner`; all at once.
+///
+/// # Panics
+/// When the window does not fit into the map, the corner is no position, or the step is zero.
+#[must_use]
+pub fn coarse_localization_matrices(
+    map: &Map,
+    window_px: u32,
+    exact: &Exact,
+    points: &[&[f64]],
+    corner: (u32, u32),
+    step_px: u32,
+) -> Vec<LocalizationMatrix> {
+    let [columns, rows] = positions(map, window_px);
+    assert!(corner.0 < columns && corner.1 < rows, "a position");
+    let first = (corner.0 % step_px, corner.1 % step_px);
+    matrices(map, window_px, exact, points, Some((first, step_px)))
+}
+
+/// Columns and rows of positions.
+fn positions(map: &Map, window_px: u32) -> [u32; 2] {
+    assert!((1..=map.width().min(map.height())).contains(&window_px));
+    [map.width(), map.height()].map(|size| size - window_px + 1)
+}
+
+fn matrices(
+    map: &Map,
+    window_px: u32,
+    exact: &Exact,
+    points: &[&[f64]],
+    lattice: Option<((u32, u32), u32)>,
+) -> Vec<LocalizationMatrix> {
+    let ((left, top), step_px) = lattice.unwrap_or(((0, 0), 1));
+    let [columns, rows] = positions(map, window_px);
+    let columns = (columns - left).div_ceil(step_px) as usize;
+    let len = columns * (rows - top).div_ceil(step_px) as usize;
+    let values: Vec<Vec<AtomicU32>> = points
+        .iter()
+        .map(|_| (0..len).map(|_| AtomicU32::new(0)).collect())
+        .collect();
+    project_everywhere(
+        map,
+        window_px,
+        exact.basis(),
+        lattice,
+        |(x, y), coordinates| {
+            let (column, row) = ((x - left) / step_px, (y - top) / step_px);
+            let index = row as usize * columns + column as usize;
             for (values, point) in values.iter().zip(points) {
                 let value = coordinates.map_or(f64::INFINITY, |at| exact.dissimilarity(at, point));
                 // Every position is visited once.
                 values[index].store((value as f32).to_bits(), Ordering::Relaxed);
             }
-        });
-        for (values, index) in values.into_iter().zip(&mut indices) {
-            let values = values
-                .into_iter()
-                .map(|bits| f32::from_bits(bits.into_inner()));
-            consume(index, LocalizationMatrix::new(columns, values.collect()))?;
-        }
-    }
-    Ok(())
+        },
+    );
+    let matrix = |values: Vec<AtomicU32>| {
+        let values = values
+            .into_iter()
+            .map(|bits| f32::from_bits(bits.into_inner()));
+        LocalizationMatrix::on_lattice((left, top), step_px, columns, values.collect())
+    };
+    values.into_iter().map(matrix).collect()
 }
 
 #[cfg(test)]

@@ -98,7 +98,7 @@ pub fn find_peaks(matrix: &LocalizationMatrix, flooding: Flooding) -> Peaks {
             found.push(Flooded::new(index, value, found.len()));
         }
         let mark = marks[index];
-        found[mark as usize].size_px += 1;
+        found[mark as usize].positions += 1;
         is_flooded[index] = true;
         for neighbor in matrix.neighbors(index) {
             if is_flooded[neighbor] {
@@ -118,7 +118,7 @@ pub fn find_peaks(matrix: &LocalizationMatrix, flooding: Flooding) -> Peaks {
     let peaks = found.iter().zip(slopes).map(|(peak, slope)| Peak {
         corner: matrix.corner(peak.index),
         value: peak.value,
-        size_px: peak.size_px,
+        size_px: peak.positions * matrix.cell_px(),
         depth: peak.met.unwrap_or(end) - peak.value,
         is_deeper: peak.met.is_none(),
         slope,
@@ -133,7 +133,7 @@ pub fn find_peaks(matrix: &LocalizationMatrix, flooding: Flooding) -> Peaks {
 struct Flooded {
     index: usize,
     value: f32,
-    size_px: u64,
+    positions: u64,
     /// The level where it met a lower one.
     met: Option<f32>,
     /// The lowest peak that it has met so far, over several steps.
@@ -145,7 +145,7 @@ impl Flooded {
         Self {
             index,
             value,
-            size_px: 0,
+            positions: 0,
             met: None,
             below: number,
         }

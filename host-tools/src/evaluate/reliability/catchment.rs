@@ -28,16 +28,26 @@ pub fn catchment(
     corner: (u32, u32),
     criterion: Criterion,
 ) -> Catchment {
-    let (columns, rows) = everywhere.positions();
+    spiral(everywhere.positions(), corner, |x, y| {
+        criterion.holds(everywhere.verdict(x, y), landmark)
+    })
+}
+
+/// The catchment of `start` among columns and rows of positions at which something `holds`; its area is their number.
+pub(crate) fn spiral(
+    (columns, rows): (u32, u32),
+    start: (u32, u32),
+    holds: impl Fn(u32, u32) -> bool,
+) -> Catchment {
     let mut counted = Counted {
-        everywhere,
-        landmark,
-        criterion,
+        holds,
+        columns,
+        rows,
         is_counted: vec![false; columns as usize * rows as usize],
         area_px: 0,
         end: End::Failed,
     };
-    let (x, y) = (i64::from(corner.0), i64::from(corner.1));
+    let (x, y) = (i64::from(start.0), i64::from(start.1));
     counted.count_if_localized(x, y);
     let mut turn = 0;
     let mut before = 0;
@@ -72,21 +82,21 @@ fn ring(distance: i64) -> impl Iterator<Item = (i64, i64)> {
 }
 
 /// What counts so far.
-struct Counted<'a> {
-    everywhere: &'a Everywhere<'a>,
-    landmark: u32,
-    criterion: Criterion,
+struct Counted<F> {
+    holds: F,
+    columns: u32,
+    rows: u32,
     is_counted: Vec<bool>,
     area_px: u64,
     end: End,
 }
 
-impl Counted<'_> {
+impl<F: Fn(u32, u32) -> bool> Counted<F> {
     /// Where a position stands in row-major order; `None` beyond the map.
     fn index(&self, x: i64, y: i64) -> Option<usize> {
-        let (columns, rows) = self.everywhere.positions();
-        let is_on_map = (0..i64::from(columns)).contains(&x) && (0..i64::from(rows)).contains(&y);
-        is_on_map.then(|| (y * i64::from(columns) + x) as usize)
+        let (columns, rows) = (i64::from(self.columns), i64::from(self.rows));
+        let is_on_map = (0..columns).contains(&x) && (0..rows).contains(&y);
+        is_on_map.then(|| (y * columns + x) as usize)
     }
 
     fn has_counted_neighbor(&self, x: i64, y: i64) -> bool {
@@ -99,15 +109,13 @@ impl Counted<'_> {
         let Some(index) = self.index(x, y) else {
             return;
         };
-        let verdict = self.everywhere.verdict(x as u32, y as u32);
-        if !self.criterion.holds(verdict, self.landmark) {
+        if !(self.holds)(x as u32, y as u32) {
             return;
         }
         self.is_counted[index] = true;
         self.area_px += 1;
-        let (columns, rows) = self.everywhere.positions();
         let is_at = |at: i64, last: u32| at == 0 || at == i64::from(last) - 1;
-        if is_at(x, columns) || is_at(y, rows) {
+        if is_at(x, self.columns) || is_at(y, self.rows) {
             self.end = End::Map;
         }
     }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Measure, Steps};
 use crate::{
-    evaluate::judge::{Criterion, Judge, Verdict},
+    evaluate::judge::{Criterion, Panel, Verdict},
     map::{Integral, Map},
     simulate::{Camera, CameraFrame, Scene, seeded},
 };
@@ -43,11 +43,11 @@ pub(crate) struct Observer<'a> {
     /// What was seen last, and from where.
     seen: Option<(Scene, CameraFrame)>,
     frame: CameraFrame,
-    judges: &'a [&'a dyn Judge],
+    judges: &'a dyn Panel,
 }
 
 impl<'a> Observer<'a> {
-    pub(crate) fn new(map: &'a Map, camera: Camera, judges: &'a [&'a dyn Judge]) -> Self {
+    pub(crate) fn new(map: &'a Map, camera: Camera, judges: &'a dyn Panel) -> Self {
         Self {
             map,
             camera,
@@ -57,28 +57,28 @@ impl<'a> Observer<'a> {
         }
     }
 
-    /// What every judge says of a scene.
+    /// What every judge says of a scene around `landmark` (0-based).
     pub(crate) fn verdicts(
         &mut self,
+        landmark: u32,
         scene: &Scene,
         random: &mut impl Rng,
     ) -> Vec<Option<Verdict>> {
+        let frame = self.frame(scene, random);
+        let mut of_frames = self.judge(landmark, &[frame]);
+        of_frames.swap_remove(0)
+    }
+
+    fn judge(&self, landmark: u32, frames: &[Integral]) -> Vec<Vec<Option<Verdict>>> {
+        let side_px = u32::from(self.frame.width);
+        self.judges.judge(landmark, frames, side_px)
+    }
+
+    /// The sums of the frame of a scene.
+    fn frame(&mut self, scene: &Scene, random: &mut impl Rng) -> Integral {
         self.look(scene);
         self.camera.expose(scene, random, &mut self.frame);
-        let integral = Integral::of(&self.frame.pixels, usize::from(self.frame.width));
-        let side_px = u32::from(self.frame.width);
-        // Judges of the same side see the same view.
-        let mut view = Vec::new();
-        let mut verdicts = Vec::with_capacity(self.judges.len());
-        for judge in self.judges {
-            let side = judge.side();
-            if view.len() != side * side {
-                view.resize(side * side, 0);
-                integral.reduce((0, 0), side_px, side, &mut view);
-            }
-            verdicts.push(judge.judge(&view));
-        }
-        verdicts
+        Integral::of(&self.frame.pixels, usize::from(self.frame.width))
     }
 
     /// Sees what a scene shows, before exposure; many scenes in a row differ in nothing else.
@@ -108,58 +108,104 @@ impl<'a> Observer<'a> {
         landmark: u32,
         place: Point,
     ) -> Vec<[Limits; 2]> {
-        let lower = self.outward(measure, steps, landmark, place, -1);
-        let upper = self.outward(measure, steps, landmark, place, 1);
+        let sides = [-1, 1].map(|direction| {
+            let outward = Outward {
+                measure,
+                steps,
+                landmark,
+                place,
+                direction,
+            };
+            self.outward(&outward)
+        });
+        let [lower, upper] = sides;
         let both = lower.into_iter().zip(upper);
         both.map(|(lower, upper)| [0, 1].map(|criterion| [lower[criterion], upper[criterion]]))
             .collect()
     }
 
     /// To one side: by judge, by criterion.
-    fn outward(
-        &mut self,
-        measure: Measure,
-        steps: Steps,
-        landmark: u32,
-        place: Point,
-        direction: i32,
-    ) -> Vec<[Limit; 2]> {
-        let mut limits = vec![[None; 2]; self.judges.len()];
-        let mut last = measure.nominal();
-        let mut end = End::Range;
-        for step in 0.. {
-            let Some(value) = measure.value(direction * step, steps) else {
-                break;
-            };
-            let scenes = measure.scenes(value, place, self.camera.footprint_px());
-            let is_on_map = |scene| self.camera.is_on_map(self.map, scene);
-            if !scenes.iter().all(is_on_map) {
-                end = End::Map;
-                break;
-            }
-            for (scene, stream) in scenes.iter().zip(0..) {
-                let mut random = seeded(u64::from(landmark), stream << 32 | u64::from(step as u32));
-                let verdicts = self.verdicts(scene, &mut random);
-                for (limits, verdict) in limits.iter_mut().zip(verdicts) {
-                    for (limit, criterion) in limits.iter_mut().zip(Criterion::ALL) {
-                        if limit.is_none() && !criterion.holds(verdict, landmark) {
-                            *limit = Some(Limit {
-                                value: last,
-                                end: End::Failed,
-                            });
+    fn outward(&mut self, outward: &Outward) -> Vec<[Limit; 2]> {
+        let mut limits = vec![[None; 2]; self.judges.judges()];
+        let mut last = outward.measure.nominal();
+        let mut next = 0;
+        let end = loop {
+            let (seen, end) = self.see(outward, next);
+            next += seen.values.len() as i32;
+            let mut verdicts = self.judge(outward.landmark, &seen.frames).into_iter();
+            for (value, scenes) in seen.values {
+                for verdicts in verdicts.by_ref().take(scenes) {
+                    for (limits, verdict) in limits.iter_mut().zip(verdicts) {
+                        for (limit, criterion) in limits.iter_mut().zip(Criterion::ALL) {
+                            if limit.is_none() && !criterion.holds(verdict, outward.landmark) {
+                                *limit = Some(Limit {
+                                    value: last,
+                                    end: End::Failed,
+                                });
+                            }
                         }
                     }
                 }
+                last = value;
             }
             if limits.iter().flatten().all(Option::is_some) {
-                break;
+                break End::Failed;
             }
-            last = value;
-        }
+            if let Some(end) = end {
+                break end;
+            }
+        };
         let still = Limit { value: last, end };
         limits
             .into_iter()
             .map(|limits| limits.map(|limit| limit.unwrap_or(still)))
             .collect()
     }
+
+    /// The next steps from step `first` on, as many as are judged at once, and why there are no more.
+    fn see(&mut self, outward: &Outward, first: i32) -> (Seen, Option<End>) {
+        let mut seen = Seen::default();
+        for step in (first..).take(self.judges.batch()) {
+            let Some(value) = outward.value(step) else {
+                return (seen, Some(End::Range));
+            };
+            let footprint_px = self.camera.footprint_px();
+            let scenes = outward.measure.scenes(value, outward.place, footprint_px);
+            let is_on_map = |scene| self.camera.is_on_map(self.map, scene);
+            if !scenes.iter().all(is_on_map) {
+                return (seen, Some(End::Map));
+            }
+            for (scene, stream) in scenes.iter().zip(0..) {
+                let stream = stream << 32 | u64::from(step as u32);
+                let mut random = seeded(u64::from(outward.landmark), stream);
+                seen.frames.push(self.frame(scene, &mut random));
+            }
+            seen.values.push((value, scenes.len()));
+        }
+        (seen, None)
+    }
+}
+
+/// A way outward.
+struct Outward {
+    measure: Measure,
+    steps: Steps,
+    landmark: u32,
+    place: Point,
+    /// 1 to larger values, −1 to smaller ones.
+    direction: i32,
+}
+
+impl Outward {
+    fn value(&self, step: i32) -> Option<f64> {
+        self.measure.value(self.direction * step, self.steps)
+    }
+}
+
+/// Steps on the way: their values, and of how many scenes each is.
+#[derive(Default)]
+struct Seen {
+    values: Vec<(f64, usize)>,
+    /// Of all their scenes.
+    frames: Vec<Integral>,
 }

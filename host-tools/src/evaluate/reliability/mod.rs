@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use catchment::spiral;
 pub use catchment::{Catchment, catchment};
 pub(crate) use limits::Observer;
 pub use limits::{End, Limit, Limits};

@@ -95,6 +95,18 @@ impl Model {
         Self::learn_up_to(MAX_DECOMPOSED, rows, dimensions)
     }
 
+    /// The same with as many dimensions as the vectors span, up to `most`.
+    ///
+    /// # Errors
+    /// When they span none.
+    pub fn learn_spanned(rows: &dyn Rows, most: usize) -> Result<Self, PcaError> {
+        let fold = Fold::of(rows, 0, rows.count());
+        match Self::of_fold(&fold, most) {
+            Err(PcaError::BeyondRank { rank, .. }) if rank > 0 => Self::of_fold(&fold, rank),
+            result => result,
+        }
+    }
+
     /// The same with another limit of what is decomposed.
     fn learn_up_to(
         decomposed: usize,
@@ -232,6 +244,16 @@ impl Model {
         }
         whitened
     }
+}
+
+/// The first `count` of every row of `width` coordinates: those of an eigenspace of fewer dimensions.
+///
+/// # Panics
+/// When rows are shorter.
+#[must_use]
+pub fn first_columns(rows: &[f64], width: usize, count: usize) -> Vec<f64> {
+    let rows = rows.chunks_exact(width);
+    rows.flat_map(|row| &row[..count]).copied().collect()
 }
 
 /// Makes the entry of largest magnitude positive.

@@ -1,0 +1,138 @@
+//! Cells that are kept: a file per cell, whose first line says what it is of and the second what was found.
+//!
+//! A cell is used again when everything that it depends on is the same: the map's pixels, the settings, dimensions,
+//! methods and landmarks, and this program's version. Anything else, damage included, is computed again.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use serde::{Deserialize, Serialize};
+
+use super::{Cell, Method, Plan, cell::STEPS};
+use crate::{
+    evaluate::reliability::Steps,
+    learn::{Settings, blur_name},
+    map::Map,
+    output::{OutputError, write_file},
+};
+
+/// Raised when the same settings give other cells than before.
+const FORMAT: u32 = 1;
+
+/// The largest file that is read.
+const MAX_BYTES: u64 = 1 << 30;
+
+/// What a cell depends on.
+#[derive(Debug, Serialize)]
+struct Key<'a> {
+    version: &'static str,
+    format: u32,
+    map_crc: u32,
+    map_size: [u32; 2],
+    settings: &'a Settings,
+    dimensions: &'a [usize],
+    methods: Vec<&'static str>,
+    landmarks: u32,
+    fixed: &'a [u32],
+    steps: Steps,
+}
+
+/// The first line of a file.
+#[derive(Debug, Serialize, Deserialize)]
+struct Head {
+    /// How to make the file again.
+    provenance: String,
+    /// The key, as JSON.
+    key: String,
+    /// CRC-32 of the second line.
+    crc: u32,
+}
+
+/// The cells of a plan for a map.
+pub(super) struct Cache<'a> {
+    directory: &'a Path,
+    map: &'a Map,
+    plan: &'a Plan,
+    provenance: &'a str,
+}
+
+impl<'a> Cache<'a> {
+    pub fn new(directory: &'a Path, map: &'a Map, plan: &'a Plan, provenance: &'a str) -> Self {
+        Self {
+            directory,
+            map,
+            plan,
+            provenance,
+        }
+    }
+
+    /// A cell that was kept, if it is still what the plan asks for.
+    pub fn get(&self, settings: &Settings) -> Option<Cell> {
+        let path = self.path(settings);
+        if fs::metadata(&path).ok()?.len() > MAX_BYTES {
+            return None;
+        }
+        let text = fs::read_to_string(&path).ok()?;
+        let (head, cell) = text.split_once('\n')?;
+        let head: Head = serde_json::from_str(head).ok()?;
+        let cell = cell.trim_end();
+        if head.key != self.key(settings) || head.crc != crc(cell) {
+            return None;
+        }
+        let cell: Cell = serde_json::from_str(cell).ok()?;
+        cell.is_sound().then_some(cell)
+    }
+
+    /// Keeps a cell.
+    pub fn put(&self, settings: &Settings, cell: &Cell) -> Result<(), OutputError> {
+        let path = self.path(settings);
+        let line = |value: serde_json::Result<String>| {
+            value.map_err(|error| OutputError {
+                path: path.clone(),
+                source: error.into(),
+            })
+        };
+        let text = line(serde_json::to_string(cell))?;
+        let head = Head {
+            provenance: self.provenance.to_owned(),
+            key: self.key(settings),
+            crc: crc(&text),
+        };
+        let head = line(serde_json::to_string(&head))?;
+        write_file(&path, |file| writeln!(file, "{head}\n{text}"))
+    }
+
+    fn path(&self, settings: &Settings) -> PathBuf {
+        let name = format!("{}-{}.jsonl", settings.scale, blur_name(settings.blur));
+        self.directory.join(name)
+    }
+
+    fn key(&self, settings: &Settings) -> String {
+        let key = Key {
+            version: env!("CARGO_PKG_VERSION"),
+            format: FORMAT,
+            map_crc: self.map.crc(),
+            map_size: [self.map.width(), self.map.height()],
+            settings,
+            dimensions: &self.plan.dimensions,
+            methods: self
+                .plan
+                .methods
+                .iter()
+                .map(|method| Method::name(*method))
+                .collect(),
+            landmarks: self.plan.landmarks,
+            fixed: &self.plan.fixed,
+            steps: STEPS,
+        };
+        // Numbers and names always become JSON.
+        serde_json::to_string(&key).unwrap_or_default()
+    }
+}
+
+fn crc(text: &str) -> u32 {
+    Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(text.as_bytes())
+}

@@ -1,0 +1,310 @@
+//! One cell of the grid: everything about one scale and one blur.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    ExperimentError, Plan, Space,
+    localization::{Localized, localize},
+    methods::{Method, START_LISTS, Selector},
+    pictures::{Eigenimages, Recovered},
+    reliability::{self, ByCriterion, Table},
+};
+use crate::{
+    evaluate::reliability::{MeanReliability, Measure, Steps},
+    learn::{Settings, blur_name},
+    map::Map,
+    output::Bar,
+    select::dissimilarity,
+};
+
+/// Gamma is tried in steps of 0.1: the report's 0.5 is too coarse for guarantees.
+pub(super) const STEPS: Steps = Steps { gamma: 0.1 };
+
+/// What was found at one scale and blur.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// Map pixels per view pixel.
+    pub scale: f64,
+    /// Name of the blur.
+    pub blur: String,
+    /// Pixels per side of a view, v.
+    pub side: usize,
+    /// Numbers of dimensions that were computed, ascending: those asked for, as far as the candidates span them.
+    pub dims: Vec<usize>,
+    /// Share of the variance of every dimension that the candidates span.
+    pub variance: Vec<f64>,
+    /// Coordinates of the candidates: n rows of as many as the last of the dimensions.
+    pub coordinates: Vec<f32>,
+    /// Dissimilarities of all pairs of candidates, by dimensions.
+    pub dissimilarities: Vec<Spread>,
+    /// All candidates ranked by profile, by dimensions.
+    pub profiles: Vec<Vec<u32>>,
+    /// Figure 3.3.
+    pub eigenimages: Eigenimages,
+    /// Figure A.2.
+    pub recovered: Recovered,
+    /// By name of the method, by dimensions; `None` where it finds no such landmarks.
+    pub tables: BTreeMap<String, Vec<Option<MethodTable>>>,
+    /// Figure 4.4.
+    pub localization: Vec<Localized>,
+}
+
+/// Mean and standard deviation of some numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// Their mean.
+    pub mean: f64,
+    /// Their standard deviation.
+    pub deviation: f64,
+}
+
+/// Landmarks, and what they tolerate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MethodTable {
+    /// Candidate numbers (1-based), best first.
+    pub landmarks: Vec<u32>,
+    /// By landmark: as the strict nearest neighbor, and with a guarantee.
+    pub tolerated: Vec<ByCriterion>,
+}
+
+impl Cell {
+    /// Whether its lengths agree: a file may say anything.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let (Some(&k), count) = (self.dims.last(), self.dims.len()) else {
+            return false;
+        };
+        let n = self.profiles.first().map_or(0, Vec::len);
+        let is_view = |view: &u32| (1..=n as u32).contains(view);
+        let is_table = |table: &MethodTable| {
+            !table.landmarks.is_empty()
+                && table.landmarks.iter().all(is_view)
+                && table.tolerated.len() == table.landmarks.len()
+                && table.tolerated.iter().flatten().all(|one| {
+                    one.limits.keys().eq(&Measure::REPORT) && one.ends.keys().eq(&Measure::REPORT)
+                })
+        };
+        k > 0
+            && self.dims.is_sorted_by(|a, b| a < b)
+            && self.variance.len() >= k
+            && self.coordinates.len() == n * k
+            && self.dissimilarities.len() == count
+            && self.profiles.len() == count
+            && self
+                .profiles
+                .iter()
+                .all(|profile| profile.len() == n && profile.iter().all(is_view))
+            && self
+                .tables
+                .values()
+                .all(|by_dims| by_dims.len() == count && by_dims.iter().flatten().all(is_table))
+    }
+
+    /// Where a number of dimensions stands among those that were computed.
+    #[must_use]
+    pub fn index_of(&self, dimensions: usize) -> Option<usize> {
+        self.dims.binary_search(&dimensions).ok()
+    }
+
+    /// The table of a method in some dimensions.
+    #[must_use]
+    pub fn table(&self, method: Method, dimensions: usize) -> Option<&MethodTable> {
+        let by_dims = self.tables.get(method.name())?;
+        by_dims[self.index_of(dimensions)?].as_ref()
+    }
+}
+
+impl MethodTable {
+    /// What the landmarks tolerate on average, by criterion.
+    #[must_use]
+    pub fn mean(&self) -> [MeanReliability; 2] {
+        [0, 1].map(|by| {
+            let of_all: Vec<_> = self.tolerated.iter().map(|one| &one[by]).collect();
+            MeanReliability::of(&of_all)
+        })
+    }
+}
+
+/// How many parts of progress a scale with some cells has.
+pub(super) fn parts(cells: usize, candidates: u32) -> u64 {
+    u64::from(candidates) + 3 * cells as u64
+}
+
+/// Computes the cells of one scale: views are rendered once for all blurs.
+pub(super) fn compute(
+    map: &Map,
+    plan: &Plan,
+    cells: &[Settings],
+    bar: &Bar,
+) -> Result<Vec<Cell>, ExperimentError> {
+    let most = plan.dimensions.last().copied().unwrap_or(1);
+    let spaces = cells
+        .par_iter()
+        .map(|settings| {
+            let space = Space::learn(map, settings, most);
+            bar.inc(1);
+            space
+        })
+        .collect::<Result<Vec<Space>, ExperimentError>>()?;
+    let selected: Vec<Selected> = spaces.par_iter().map(|space| select(plan, space)).collect();
+    let asked: Vec<(&Space, &[Table])> = spaces
+        .iter()
+        .zip(&selected)
+        .map(|(space, selected)| (space, selected.distinct.as_slice()))
+        .collect();
+    let tolerated = reliability::measure(map, &asked, STEPS, bar);
+    let found = cells
+        .iter()
+        .zip(&spaces)
+        .zip(selected.into_iter().zip(tolerated));
+    Ok(found
+        .map(|((settings, space), (selected, tolerated))| {
+            let cell = finish(map, plan, settings, space, selected, &tolerated);
+            bar.inc(1);
+            cell
+        })
+        .collect())
+}
+
+/// What is selected in a space.
+struct Selected {
+    dims: Vec<usize>,
+    profiles: Vec<Vec<u32>>,
+    dissimilarities: Vec<Spread>,
+    /// By method, by dimensions.
+    landmarks: Vec<(Method, Vec<Option<Vec<u32>>>)>,
+    /// The different tables among them, ascending.
+    distinct: Vec<Table>,
+}
+
+fn select(plan: &Plan, space: &Space) -> Selected {
+    let mut dims: Vec<usize> = plan
+        .dimensions
+        .iter()
+        .map(|&k| k.min(space.dimensions()))
+        .collect();
+    dims.dedup();
+    let count = plan.landmarks as usize;
+    let mut selector = Selector::new(space, count);
+    let coordinates: Vec<Vec<f64>> = dims.iter().map(|&k| space.first(k)).collect();
+    let profiles: Vec<Vec<u32>> = dims
+        .iter()
+        .zip(&coordinates)
+        .map(|(&k, coordinates)| selector.profile(coordinates, k))
+        .collect();
+    let mut in_dims = |method: Method| -> Vec<Option<Vec<u32>>> {
+        profiles
+            .iter()
+            .map(|profile| match method {
+                Method::Profile => profile.get(..count).map(<[u32]>::to_vec),
+                Method::IpcaProfile => selector.ipca(profile),
+                Method::IpcaStart(index) => selector.ipca(&START_LISTS[index].views),
+                Method::Fixed | Method::Atlas => Some(plan.fixed.clone()),
+                Method::Linkage | Method::KMeans => None,
+            })
+            .collect()
+    };
+    let landmarks: Vec<(Method, Vec<Option<Vec<u32>>>)> = plan
+        .methods
+        .iter()
+        .map(|&method| (method, in_dims(method)))
+        .collect();
+    let tables = landmarks
+        .iter()
+        .flat_map(|(_, by_dims)| dims.iter().zip(by_dims));
+    let mut distinct: Vec<Table> = tables
+        .filter_map(|(&k, landmarks)| Some(table(k, landmarks.as_ref()?)))
+        .collect();
+    distinct.sort();
+    distinct.dedup();
+    let dissimilarities = dims
+        .iter()
+        .zip(&coordinates)
+        .map(|(&k, coordinates)| spread_of_pairs(space, coordinates, k))
+        .collect();
+    Selected {
+        dims,
+        profiles,
+        dissimilarities,
+        landmarks,
+        distinct,
+    }
+}
+
+/// The same landmarks in another order are the same table.
+fn table(dimensions: usize, landmarks: &[u32]) -> Table {
+    let mut landmarks = landmarks.to_vec();
+    landmarks.sort_unstable();
+    Table {
+        dimensions,
+        landmarks,
+    }
+}
+
+fn spread_of_pairs(space: &Space, coordinates: &[f64], k: usize) -> Spread {
+    let points: Vec<&[f64]> = coordinates.chunks_exact(k).collect();
+    let mut values = Vec::with_capacity(points.len() * points.len() / 2);
+    for (index, one) in points.iter().enumerate() {
+        let others = points[..index].iter();
+        values.extend(others.map(|other| dissimilarity(space.metric, one, other)));
+    }
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
+    Spread {
+        mean,
+        deviation: variance.sqrt(),
+    }
+}
+
+fn finish(
+    map: &Map,
+    plan: &Plan,
+    settings: &Settings,
+    space: &Space,
+    selected: Selected,
+    tolerated: &[Vec<ByCriterion>],
+) -> Cell {
+    let of_landmarks = |k: usize, landmarks: &[u32]| {
+        let table = table(k, landmarks);
+        let index = selected.distinct.binary_search(&table).expect("asked for");
+        let of_one = |view: &u32| {
+            let at = table.landmarks.binary_search(view).expect("a landmark");
+            tolerated[index][at].clone()
+        };
+        landmarks.iter().map(of_one).collect()
+    };
+    let tables = selected.landmarks.iter().map(|(method, by_dims)| {
+        let in_dims = selected.dims.iter().zip(by_dims).map(|(&k, landmarks)| {
+            let landmarks = landmarks.clone()?;
+            Some(MethodTable {
+                tolerated: of_landmarks(k, &landmarks),
+                landmarks,
+            })
+        });
+        (method.name().to_owned(), in_dims.collect())
+    });
+    let total = space.model.total_variance.max(f64::MIN_POSITIVE);
+    Cell {
+        scale: settings.scale,
+        blur: blur_name(settings.blur).to_owned(),
+        side: space.side(),
+        tables: tables.collect(),
+        variance: space
+            .model
+            .eigenvalues
+            .iter()
+            .map(|value| value / total)
+            .collect(),
+        coordinates: space.coordinates.iter().map(|&x| x as f32).collect(),
+        eigenimages: Eigenimages::of(space),
+        recovered: Recovered::of(space),
+        localization: localize(map, space, &plan.fixed),
+        dims: selected.dims,
+        dissimilarities: selected.dissimilarities,
+        profiles: selected.profiles,
+    }
+}

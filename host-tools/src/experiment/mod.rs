@@ -1,0 +1,91 @@
+//! The report's experiments on any map: sections 3 and 4, appendices A and C; what its `make.m` did.
+
+mod cache;
+mod cell;
+pub mod claims;
+mod localization;
+mod methods;
+mod pictures;
+pub mod reliability;
+mod run;
+mod space;
+
+use eigenmark_core::atlas::Blur;
+
+pub use cell::{Cell, MethodTable, Spread};
+pub use localization::Localized;
+pub use methods::{Method, START_LISTS, StartList};
+pub use pictures::{Eigenimages, Recovered};
+pub use run::{Asked, Grid, run};
+pub use space::Space;
+
+use crate::{
+    evaluate::REPORT_DIMENSIONS,
+    learn::{CandidatesError, PcaError, Settings},
+    map::{GridError, Map},
+    output::OutputError,
+};
+
+/// Scale factors of table 3.1: map pixels per view pixel.
+pub const REPORT_SCALES: [f64; 11] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0];
+
+/// The blurs of table 3.2.
+pub const REPORT_BLURS: [Blur; 4] = [Blur::None, Blur::Gauss1, Blur::Gauss2, Blur::Gauss3];
+
+/// What is computed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// What all cells have in common.
+    pub settings: Settings,
+    /// Numbers of dimensions, ascending.
+    pub dimensions: Vec<usize>,
+    /// Ways to select landmarks.
+    pub methods: Vec<Method>,
+    /// Landmarks of each selection, l.
+    pub landmarks: u32,
+    /// The landmarks of [`Method::Fixed`].
+    pub fixed: Vec<u32>,
+}
+
+/// Why an experiment cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ExperimentError {
+    /// The map has no such candidates.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// Candidates cannot be used.
+    #[error(transparent)]
+    Candidates(#[from] CandidatesError),
+    /// They have no eigenspace.
+    #[error(transparent)]
+    Pca(#[from] PcaError),
+    /// What was found cannot be kept.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+impl Plan {
+    /// The report's grid on a map, with views of `view_size_px`.
+    ///
+    /// # Errors
+    /// When there is no such grid on the map.
+    pub fn report(map: &Map, view_size_px: u32) -> Result<Self, ExperimentError> {
+        let settings = Settings {
+            view_size_px,
+            ..Settings::default()
+        };
+        let k = usize::from(settings.dimensions);
+        let space = Space::learn(map, &settings, k)?;
+        let landmarks = 8.min(space.count());
+        let mut fixed = methods::Selector::new(&space, landmarks)
+            .profile(&space.coordinates, space.dimensions());
+        fixed.truncate(landmarks);
+        Ok(Self {
+            settings,
+            dimensions: REPORT_DIMENSIONS.to_vec(),
+            methods: Method::GRID.to_vec(),
+            landmarks: landmarks as u32,
+            fixed,
+        })
+    }
+}
