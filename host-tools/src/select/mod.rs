@@ -8,10 +8,12 @@
 //! | `profile` | the most dissimilar on average (report 2.3.2) |
 //! | `ipca` | what the landmarks before represent worst (report 2.3.3) |
 //! | `reliable` | what makes radii large |
+//! | [`cluster`] | one per group of views that are near each other (report 4.1) |
 //! | `compare` | how far rankings agree (`compare_ranks` in table C.3) |
 
 mod attention;
 mod choose;
+pub mod cluster;
 mod compare;
 mod dissimilarity;
 mod eligible;
