@@ -37,6 +37,7 @@ struct Key<'a> {
     methods: Vec<&'static str>,
     landmarks: u32,
     fixed: &'a [u32],
+    is_clustered: bool,
     steps: Steps,
 }
 
@@ -126,6 +127,7 @@ impl<'a> Cache<'a> {
                 .collect(),
             landmarks: self.plan.landmarks,
             fixed: &self.plan.fixed,
+            is_clustered: self.plan.is_clustered,
             steps: STEPS,
         };
         // Numbers and names always become JSON.

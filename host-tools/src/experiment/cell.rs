@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ExperimentError, Plan, Space,
+    Clusters, ExperimentError, Plan, Space,
+    clusters::{self, Grouping},
     localization::{Localized, localize},
     methods::{Method, START_LISTS, Selector},
     pictures::{Eigenimages, Recovered},
@@ -48,6 +49,8 @@ pub struct Cell {
     pub recovered: Recovered,
     /// By name of the method, by dimensions; `None` where it finds no such landmarks.
     pub tables: BTreeMap<String, Vec<Option<MethodTable>>>,
+    /// Section 4.1; `None` when it was not asked for.
+    pub clusters: Option<Clusters>,
     /// Figure 4.4.
     pub localization: Vec<Localized>,
 }
@@ -98,6 +101,10 @@ impl Cell {
                 .iter()
                 .all(|profile| profile.len() == n && profile.iter().all(is_view))
             && self
+                .clusters
+                .as_ref()
+                .is_none_or(|clusters| clusters.is_sound(n, count))
+            && self
                 .tables
                 .values()
                 .all(|by_dims| by_dims.len() == count && by_dims.iter().flatten().all(is_table))
@@ -130,7 +137,7 @@ impl MethodTable {
 
 /// How many parts of progress a scale with some cells has.
 pub(super) fn parts(cells: usize, candidates: u32) -> u64 {
-    u64::from(candidates) + 3 * cells as u64
+    u64::from(candidates) + 4 * cells as u64
 }
 
 /// Computes the cells of one scale: views are rendered once for all blurs.
@@ -149,7 +156,14 @@ pub(super) fn compute(
             space
         })
         .collect::<Result<Vec<Space>, ExperimentError>>()?;
-    let selected: Vec<Selected> = spaces.par_iter().map(|space| select(plan, space)).collect();
+    let selected = spaces
+        .par_iter()
+        .map(|space| {
+            let selected = select(plan, space);
+            bar.inc(1);
+            selected
+        })
+        .collect::<Result<Vec<Selected>, ExperimentError>>()?;
     let asked: Vec<(&Space, &[Table])> = spaces
         .iter()
         .zip(&selected)
@@ -172,6 +186,7 @@ pub(super) fn compute(
 /// What is selected in a space.
 struct Selected {
     dims: Vec<usize>,
+    clusters: Option<Clusters>,
     profiles: Vec<Vec<u32>>,
     dissimilarities: Vec<Spread>,
     /// By method, by dimensions.
@@ -180,7 +195,7 @@ struct Selected {
     distinct: Vec<Table>,
 }
 
-fn select(plan: &Plan, space: &Space) -> Selected {
+fn select(plan: &Plan, space: &Space) -> Result<Selected, ExperimentError> {
     let mut dims: Vec<usize> = plan
         .dimensions
         .iter()
@@ -189,21 +204,23 @@ fn select(plan: &Plan, space: &Space) -> Selected {
     dims.dedup();
     let count = plan.landmarks as usize;
     let mut selector = Selector::new(space, count);
-    let coordinates: Vec<Vec<f64>> = dims.iter().map(|&k| space.first(k)).collect();
-    let profiles: Vec<Vec<u32>> = dims
+    let coordinates: Vec<(usize, Vec<f64>)> = dims.iter().map(|&k| (k, space.first(k))).collect();
+    let profiles: Vec<Vec<u32>> = coordinates
         .iter()
-        .zip(&coordinates)
-        .map(|(&k, coordinates)| selector.profile(coordinates, k))
+        .map(|(k, points)| selector.profile(points, *k))
         .collect();
     let mut in_dims = |method: Method| -> Vec<Option<Vec<u32>>> {
-        profiles
+        let grouped = |by, k: usize, points: &[f64]| clusters::landmarks(by, points, k, count);
+        coordinates
             .iter()
-            .map(|profile| match method {
+            .zip(&profiles)
+            .map(|((k, points), profile)| match method {
                 Method::Profile => profile.get(..count).map(<[u32]>::to_vec),
                 Method::IpcaProfile => selector.ipca(profile),
                 Method::IpcaStart(index) => selector.ipca(&START_LISTS[index].views),
                 Method::Fixed | Method::Atlas => Some(plan.fixed.clone()),
-                Method::Linkage | Method::KMeans => None,
+                Method::Linkage => grouped(Grouping::Linkage, *k, points),
+                Method::KMeans => grouped(Grouping::KMeans, *k, points),
             })
             .collect()
     };
@@ -220,18 +237,22 @@ fn select(plan: &Plan, space: &Space) -> Selected {
         .collect();
     distinct.sort();
     distinct.dedup();
-    let dissimilarities = dims
+    let dissimilarities = coordinates
         .iter()
-        .zip(&coordinates)
-        .map(|(&k, coordinates)| spread_of_pairs(space, coordinates, k))
+        .map(|(k, points)| spread_of_pairs(space, points, *k))
         .collect();
-    Selected {
+    let clusters = plan
+        .is_clustered
+        .then(|| Clusters::of(&coordinates))
+        .transpose()?;
+    Ok(Selected {
         dims,
+        clusters,
         profiles,
         dissimilarities,
         landmarks,
         distinct,
-    }
+    })
 }
 
 /// The same landmarks in another order are the same table.
@@ -303,6 +324,7 @@ fn finish(
         eigenimages: Eigenimages::of(space),
         recovered: Recovered::of(space),
         localization: localize(map, space, &plan.fixed),
+        clusters: selected.clusters,
         dims: selected.dims,
         dissimilarities: selected.dissimilarities,
         profiles: selected.profiles,

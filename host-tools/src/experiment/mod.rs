@@ -3,6 +3,7 @@
 mod cache;
 mod cell;
 pub mod claims;
+mod clusters;
 mod localization;
 mod methods;
 mod pictures;
@@ -13,6 +14,7 @@ mod space;
 use eigenmark_core::atlas::Blur;
 
 pub use cell::{Cell, MethodTable, Spread};
+pub use clusters::{Clusters, Cut, Joined, Means};
 pub use localization::Localized;
 pub use methods::{Method, START_LISTS, StartList};
 pub use pictures::{Eigenimages, Recovered};
@@ -24,6 +26,7 @@ use crate::{
     learn::{CandidatesError, PcaError, Settings},
     map::{GridError, Map},
     output::OutputError,
+    select::cluster::ClusterError,
 };
 
 /// Scale factors of table 3.1: map pixels per view pixel.
@@ -43,8 +46,10 @@ pub struct Plan {
     pub methods: Vec<Method>,
     /// Landmarks of each selection, l.
     pub landmarks: u32,
-    /// The landmarks of [`Method::Fixed`].
+    /// The landmarks of [`Method::Fixed`] and [`Method::Atlas`].
     pub fixed: Vec<u32>,
+    /// Whether views are clustered, too.
+    pub is_clustered: bool,
 }
 
 /// Why an experiment cannot be made.
@@ -59,6 +64,9 @@ pub enum ExperimentError {
     /// They have no eigenspace.
     #[error(transparent)]
     Pca(#[from] PcaError),
+    /// They cannot be clustered.
+    #[error(transparent)]
+    Cluster(#[from] ClusterError),
     /// What was found cannot be kept.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -86,6 +94,7 @@ impl Plan {
             methods: Method::GRID.to_vec(),
             landmarks: landmarks as u32,
             fixed,
+            is_clustered: true,
         })
     }
 }
