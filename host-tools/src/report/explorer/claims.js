@@ -24,7 +24,7 @@ function claimRows({ claim, statement, holds, parts, plots }) {
 
 function claimPlot({ title, x, y, curves }) {
   const looks = curves.map((curve, i) => ({ ...curve, ...look(i, curves.length) }));
-  return html("figure", {}, legend(looks), ...linePlot({ title, x: { label: x, unit: `(${x})` }, y: { label: y }, curves: looks }));
+  return html("figure", {}, ...linePlot({ title, x: { label: x, unit: `(${x})` }, y: { label: y }, curves: looks }), legend(looks));
 }
 
 function drawSegmented() {

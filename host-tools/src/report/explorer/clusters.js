@@ -100,8 +100,8 @@ function drawSilhouettes(cell) {
   const values = numbers(cut, "silhouette", Int8Array);
   const groups = Array.from({ length: Math.max(...clusters) + 1 }, (_, id) =>
     viewNumbers.filter((view) => clusters[view - 1] === id).sort((a, b) => values[b - 1] - values[a - 1]));
-  const gap = 8;
-  const bar = 5;
+  const gap = 6;
+  const bar = 4;
   const height = groups.reduce((total, group) => total + Math.max(bar * group.length, 11) + gap, 24);
   const x = axis({ range: [-1, 1], count: 4 }, [], 0, 40, plotBox.width - plotBox.right);
   const drawn = [];
@@ -134,7 +134,7 @@ function drawSilhouetteCurves(cell) {
     name, ...look(column, names.length), points: Array.from({ length: rows.length / 3 }, (_, i) => [i + 1, rows[3 * i + column]]),
   }));
   const plot = linePlot({ title: `Silhouettes in ${chosenDims()} dimensions`, x: { label: "number of clusters", unit: "clusters" }, y: { label: "silhouette, share" }, curves, at: Number(state.cut) });
-  return html("div", {}, legend(curves), ...plot);
+  return html("div", {}, ...plot, legend(curves));
 }
 
 function drawClustersOnMap(cell) {

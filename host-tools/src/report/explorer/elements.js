@@ -22,13 +22,15 @@ function fill(element, attributes, children) {
 const words = (value, digits = 3) => String(Number(value.toPrecision(digits))).replace("-", "−");
 const percent = (share, digits = 3) => `${words(100 * share, digits)} %`;
 
-// How one of `count` is drawn: color and dashes both tell curves apart. Ordered things (blurs, scales) get a scale of
-// hues, unordered ones (methods) hues far from each other.
+// How one of `count` is drawn: color and dashes both tell curves apart. Ordered things (blurs, scales) go from blue over
+// green and orange to red, as in the 2004 report; unordered ones (methods) get hues far from each other.
 const dashes = [null, "7 3", "2 3", "9 3 2 3", "12 4", "4 2 1 2"];
+const hues = [218, 160, 32, -12];
 function look(i, count, ordered = true) {
-  const step = count > 1 ? i / (count - 1) : 0;
-  const hue = ordered ? 215 + 165 * step : (i * 360) / count + (i % 2 ? 180 : 0);
-  return { color: `hsl(${Math.round(hue % 360)} var(--curve))`, dash: dashes[i % dashes.length] };
+  const step = count > 1 ? (i / (count - 1)) * (hues.length - 1) : 0;
+  const [from, to] = [hues[Math.floor(step)], hues[Math.ceil(step)]];
+  const hue = ordered ? from + (step % 1) * (to - from) : i * 137.5;
+  return { color: `hsl(${Math.round((hue + 360) % 360)} var(--curve))`, dash: dashes[i % dashes.length] };
 }
 
 // Neighboring numbers of clusters get colors far from each other.

@@ -102,7 +102,7 @@ function drawSortedProfiles(cell) {
     points: [...profile(cell, cell.dims[i])].sort((a, b) => b - a).map((value, rank) => [rank + 1, value]),
   }));
   const plot = linePlot({ title: "Profiles, sorted, by dimensions", x: { label: "rank", unit: "(rank)" }, y: { label: "mean dissimilarity" }, curves });
-  return html("div", {}, legend(curves), ...plot);
+  return html("div", {}, ...plot, legend(curves));
 }
 
 function drawLocalization(cell) {

@@ -1,6 +1,6 @@
 // Line plots: axes with round ticks, curves, bands between pairs of curves, and the nearest point in words.
 
-const plotBox = { width: 420, height: 270, left: 50, right: 12, top: 30, bottom: 44 };
+const plotBox = { width: 420, height: 270, left: 58, right: 12, top: 30, bottom: 44 };
 
 // curves: [{name, color, dash, strong, points: [[x, y], …], upper: [[x, y], …] or none}]; at: x of an upright line.
 function linePlot({ title, x, y, curves, at = null }) {
@@ -56,7 +56,7 @@ function axisLabels(x, y) {
   const middle = (plotBox.top + plotBox.height - plotBox.bottom) / 2;
   return [
     svg("text", { class: "label", x: (plotBox.left + plotBox.width - plotBox.right) / 2, y: plotBox.height - 7, "text-anchor": "middle" }, x.label),
-    svg("text", { class: "label", transform: `translate(12 ${middle}) rotate(-90)`, "text-anchor": "middle" }, y.label),
+    svg("text", { class: "label", transform: `translate(11 ${middle}) rotate(-90)`, "text-anchor": "middle" }, y.label),
   ];
 }
 

@@ -122,7 +122,7 @@ function choiceControl(name, options) {
 // A slider over the values of a list.
 function sliderControl(name, values, chosen) {
   const slider = document.querySelector(`input[name="${name}"]`);
-  const shown = document.querySelector(`output[name="${name}-shown"]`);
+  const shown = document.getElementById(`${name}-shown`);
   slider.addEventListener("input", () => change({ [name]: values()[Number(slider.value)] }));
   onState(() => {
     slider.min = 0;
@@ -158,10 +158,10 @@ function mark(view) {
 
 function followPointer() {
   const follow = (event) => {
-    const over = event.target.closest?.("[data-view]");
-    if (over && Number(over.dataset.view) !== chosenView) mark(Number(over.dataset.view));
+    const view = viewAt(event);
+    if (view && view !== chosenView) mark(view);
   };
-  document.addEventListener("pointerover", follow);
+  document.addEventListener("pointermove", follow);
   document.addEventListener("pointerdown", follow);
   document.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 }[event.key];
@@ -170,6 +170,18 @@ function followPointer() {
     const n = data.views.length;
     mark(((chosenView - 1 + step + n) % n) + 1);
   });
+}
+
+// Frames overlap on a map: there the nearest center counts, not the frame on top.
+function viewAt({ target, clientX, clientY }) {
+  const map = target.closest?.(".aerial");
+  if (!map) return Number(target.closest?.("[data-view]")?.dataset.view);
+  const box = map.getBoundingClientRect();
+  const x = ((clientX - box.left) / box.width) * mapWidth;
+  const y = ((clientY - box.top) / box.height) * mapHeight;
+  const off = (view) => Math.max(Math.abs(data.views[view - 1][0] - x), Math.abs(data.views[view - 1][1] - y));
+  const shown = [...map.querySelectorAll("rect[data-view]")].map((element) => Number(element.dataset.view));
+  return shown.filter((view) => off(view) <= footprint / 2).sort((a, b) => off(a) - off(b))[0];
 }
 
 function describeView(view) {

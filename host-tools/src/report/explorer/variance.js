@@ -18,7 +18,7 @@ function variancePlot(title, cells, lookOf) {
     points: remember(cell, "covered", () => cumulated(cell.variance)).map((share, i) => [i + 1, 100 * share]),
   }));
   const y = { label: "covered variance, %", unit: " %", range: [0, 100] };
-  return [legend(curves), ...linePlot({ title, x: dimsAxis, y, curves, at: chosenDims() })];
+  return [...linePlot({ title, x: dimsAxis, y, curves, at: chosenDims() }), legend(curves)];
 }
 
 function drawVarianceOfBlurs() {
