@@ -77,6 +77,7 @@ function leaveOut() {
     claims: !data.claims.length,
     segmentation: !data.segmentation,
     "start-lists": !data.starts.length,
+    "fig-variance-scales": data.scales.length < 2,
   };
   for (const [id, isAbsent] of Object.entries(absent)) document.getElementById(id).hidden = isAbsent;
   const links = [...document.querySelectorAll("section[id]:not([hidden])")].map((section) =>
