@@ -317,7 +317,7 @@ def check_still(page, checks, at):
     checks.check(f"{at}: controls and pictures have names", page.run(NAMELESS))
     page.run("scrollTo(0, document.documentElement.scrollHeight / 2)")
     bar = page.run("return document.getElementById('bar').getBoundingClientRect().toJSON()")
-    problems = [] if bar["top"] < 1 else [f"the bar is at {bar['top']} px"]
+    problems = [] if abs(bar["top"]) < 1 else [f"the bar is at {bar['top']} px"]
     if bar["height"] > height / 3:
         problems.append(f"the bar covers {bar['height']:.0f} of {height} px")
     checks.check(f"{at}: the bar stays in sight and covers at most a third", problems)

@@ -95,5 +95,9 @@ controls.forEach((refresh) => refresh());
 pictures.forEach(({ draw }) => draw());
 mark(chosenView);
 followPointer();
-addEventListener("hashchange", () => change(readAddress()));
+// A link to a section replaces the address, which then says again what is chosen.
+addEventListener("hashchange", () => {
+  change(readAddress());
+  writeAddress();
+});
 document.getElementById("bar").addEventListener("submit", (event) => event.preventDefault());

@@ -46,7 +46,7 @@ function drawDistances(cell) {
   const [mean, spread] = meanAndSpread(matrix);
   const canvas = grayCanvas(matrix, n, n, `Distance matrix of ${n} views in ${chosenDims()} dimensions`);
   const stripes = viewNumbers.map((view) => rowMark(view - 1, n));
-  const box = html("div", { class: "matrix", tabindex: 0, "data-walk": "" }, canvas, matrixMarks(n, n, "marks", stripes));
+  const box = html("div", { class: "matrix", ...walkable, "aria-label": "Distance matrix; arrow keys walk through the views" }, canvas, matrixMarks(n, n, "marks", stripes));
   const pair = document.getElementById("pair");
   pair.textContent = "Point at the matrix for a pair of views.";
   const follow = (event) => {
@@ -89,7 +89,7 @@ function drawProfiles(cell) {
   const now = svg("rect", { class: "row-now", x: 0, y: chosenIndex(), width: n, height: 1 });
   const stripes = viewNumbers.map((view) => columnMark(view - 1, rows));
   const labels = html("ol", { class: "rows", "aria-hidden": "true" }, ...cell.dims.map((k, i) => html("li", { class: i === chosenIndex() ? "now" : null }, k)));
-  const box = html("div", { class: "matrix wide", tabindex: 0, "data-walk": "" }, canvas, matrixMarks(n, rows, "marks", [now, ...stripes]));
+  const box = html("div", { class: "matrix wide", ...walkable, "aria-label": "Profile matrix; arrow keys walk through the views" }, canvas, matrixMarks(n, rows, "marks", [now, ...stripes]));
   return [html("div", { class: "profile-matrix" }, labels, box), grayScale("most similar", "most dissimilar")];
 }
 

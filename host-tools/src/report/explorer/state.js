@@ -82,6 +82,7 @@ function isOffered(key, value) {
     blur: data.blurs,
     method: data.methods.map(({ id }) => id),
     criterion: ["nearest", "guaranteed"],
+    lattice: ["all", "first", "second"],
     against: ["dims", "scale"],
     compare: ["blurs", "methods"],
     by: ["linkage", "k-means"],
