@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use eigenmark_core::atlas::Blur;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Clusters, ExperimentError, Plan, Space,
+    Clusters, ExperimentError, Plan,
     clusters::{self, Grouping},
     localization::{Localized, localize},
     methods::{Method, START_LISTS, Selector},
@@ -15,7 +16,7 @@ use super::{
 };
 use crate::{
     evaluate::reliability::{MeanReliability, Measure, Steps},
-    learn::{Settings, blur_name},
+    learn::{Candidates, Model, Preprocess, Settings, Space, blur_name},
     map::Map,
     output::Bar,
     select::dissimilarity,
@@ -151,11 +152,47 @@ pub(super) fn compute(
     let spaces = cells
         .par_iter()
         .map(|settings| {
-            let space = Space::learn(map, settings, most);
+            let space = learn(map, settings, most);
             bar.inc(1);
             space
         })
         .collect::<Result<Vec<Space>, ExperimentError>>()?;
+    let names: Vec<Name> = cells
+        .iter()
+        .map(|settings| (settings.scale, settings.blur))
+        .collect();
+    of_spaces(map, plan, &names, &spaces, bar)
+}
+
+/// Scale and blur.
+pub(super) type Name = (f64, Blur);
+
+/// The candidates that the settings ask for, of any side, in up to `most` dimensions.
+pub(super) fn learn(map: &Map, settings: &Settings, most: usize) -> Result<Space, ExperimentError> {
+    let preprocess = Preprocess::new(
+        settings.view_side() as usize,
+        settings.normalize,
+        settings.blur,
+        settings.highpass_px,
+    );
+    let candidates = Candidates::new(map, &settings.grid(map)?, &preprocess)?;
+    let model = Model::learn_spanned(&candidates, most)?;
+    Ok(Space::new(
+        candidates,
+        model,
+        settings.whiten,
+        settings.metric,
+    ))
+}
+
+/// The cells of spaces of the same map and scale.
+pub(super) fn of_spaces(
+    map: &Map,
+    plan: &Plan,
+    names: &[Name],
+    spaces: &[Space],
+    bar: &Bar,
+) -> Result<Vec<Cell>, ExperimentError> {
     let selected = spaces
         .par_iter()
         .map(|space| {
@@ -170,13 +207,13 @@ pub(super) fn compute(
         .map(|(space, selected)| (space, selected.distinct.as_slice()))
         .collect();
     let tolerated = reliability::measure(map, &asked, STEPS, bar);
-    let found = cells
+    let found = names
         .iter()
-        .zip(&spaces)
+        .zip(spaces)
         .zip(selected.into_iter().zip(tolerated));
     Ok(found
-        .map(|((settings, space), (selected, tolerated))| {
-            let cell = finish(map, plan, settings, space, selected, &tolerated);
+        .map(|((&name, space), (selected, tolerated))| {
+            let cell = finish(map, plan, name, space, selected, &tolerated);
             bar.inc(1);
             cell
         })
@@ -284,7 +321,7 @@ fn spread_of_pairs(space: &Space, coordinates: &[f64], k: usize) -> Spread {
 fn finish(
     map: &Map,
     plan: &Plan,
-    settings: &Settings,
+    (scale, blur): Name,
     space: &Space,
     selected: Selected,
     tolerated: &[Vec<ByCriterion>],
@@ -310,8 +347,8 @@ fn finish(
     });
     let total = space.model.total_variance.max(f64::MIN_POSITIVE);
     Cell {
-        scale: settings.scale,
-        blur: blur_name(settings.blur).to_owned(),
+        scale,
+        blur: blur_name(blur).to_owned(),
         side: space.side(),
         tables: tables.collect(),
         variance: space

@@ -6,12 +6,12 @@ use image::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::Space;
 use crate::{
     evaluate::{
         Exact,
         localization::{Flooding, LocalizationMatrix, coarse_localization_matrices, find_peaks},
     },
+    learn::Space,
     map::{Integral, Map},
     output::jpeg_uri,
     simulate::{Camera, Scene, seeded},

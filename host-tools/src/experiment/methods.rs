@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::Space;
 use crate::{
-    learn::{Matrix, Rows},
+    learn::{Matrix, Rows, Space},
     select::{Dissimilarity, Eligible, Order, Profile, Route, START_LEN, Until, rank_by_ipca},
 };
 

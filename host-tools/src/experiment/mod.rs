@@ -9,7 +9,9 @@ mod methods;
 mod pictures;
 pub mod reliability;
 mod run;
-mod space;
+mod segmented;
+mod shown;
+mod tables;
 
 use eigenmark_core::atlas::Blur;
 
@@ -19,13 +21,15 @@ pub use localization::Localized;
 pub use methods::{Method, START_LISTS, StartList};
 pub use pictures::{Eigenimages, Recovered};
 pub use run::{Asked, Grid, run};
-pub use space::Space;
+pub use segmented::{Segmented, Shade, Tolerates};
+pub use shown::{SEVEN, round, seven};
+pub use tables::write_tables;
 
 use crate::{
     evaluate::REPORT_DIMENSIONS,
-    learn::{CandidatesError, PcaError, Settings},
+    learn::{CandidatesError, PcaError, Settings, Space},
     map::{GridError, Map},
-    output::OutputError,
+    output::{OutputError, Progress},
     select::cluster::ClusterError,
 };
 
@@ -83,7 +87,7 @@ impl Plan {
             ..Settings::default()
         };
         let k = usize::from(settings.dimensions);
-        let space = Space::learn(map, &settings, k)?;
+        let space = cell::learn(map, &settings, k)?;
         let landmarks = 8.min(space.count());
         let mut fixed = methods::Selector::new(&space, landmarks)
             .profile(&space.coordinates, space.dimensions());
@@ -97,4 +101,46 @@ impl Plan {
             is_clustered: true,
         })
     }
+}
+
+/// The cell of landmarks that are there already, in the setting that they were selected in: what a grid says of one cell,
+/// without clusters.
+///
+/// # Errors
+/// When nothing can be measured.
+pub fn of_landmarks(
+    map: &Map,
+    space: &Space,
+    (scale, blur): (f64, Blur),
+    landmarks: &[u32],
+    progress: &Progress,
+) -> Result<(Plan, Cell), ExperimentError> {
+    let k = space.dimensions();
+    let mut dimensions: Vec<usize> = REPORT_DIMENSIONS
+        .into_iter()
+        .filter(|&few| few < k)
+        .collect();
+    dimensions.push(k);
+    let plan = Plan {
+        settings: Settings {
+            scale,
+            blur,
+            view_size_px: space.candidates.grid().window_px(),
+            ..Settings::default()
+        },
+        dimensions,
+        methods: vec![Method::Atlas],
+        landmarks: landmarks.len() as u32,
+        fixed: landmarks.to_vec(),
+        is_clustered: false,
+    };
+    let bar = progress.bar("reliability", landmarks.len() as u64 + 3);
+    let mut cells = cell::of_spaces(
+        map,
+        &plan,
+        &[(scale, blur)],
+        std::slice::from_ref(space),
+        &bar,
+    )?;
+    Ok((plan, cells.swap_remove(0)))
 }

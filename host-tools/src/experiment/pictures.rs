@@ -6,8 +6,10 @@ use image::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::Space;
-use crate::{learn::Rows, output::png_uri};
+use crate::{
+    learn::{Rows, Space},
+    output::png_uri,
+};
 
 /// The longest side of a tile, in pixels.
 const TILE_PX: u32 = 48;

@@ -7,6 +7,7 @@ mod pixel_basis;
 mod preprocess;
 mod rows;
 mod settings;
+mod space;
 
 pub use candidates::{Candidates, CandidatesError};
 pub use ipca::{Growth, IncrementalPca, RESIDUAL_TOLERANCE};
@@ -15,3 +16,4 @@ pub use pixel_basis::PixelBasis;
 pub use preprocess::{Kernel, Preprocess};
 pub use rows::{Matrix, Rows};
 pub use settings::{HIGHPASSES, SCALES, Settings, WHITENINGS, blur_name};
+pub use space::Space;

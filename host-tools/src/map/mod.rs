@@ -68,6 +68,13 @@ impl Map {
         &self.name
     }
 
+    /// What a page calls it: the name of the file without its directory, or the built-in name.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        let file = std::path::Path::new(&self.name).file_name();
+        file.and_then(|file| file.to_str()).unwrap_or(&self.name)
+    }
+
     /// Its pixels.
     #[must_use]
     pub fn luminance(&self) -> &GrayImage {

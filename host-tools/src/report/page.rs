@@ -6,6 +6,7 @@ use std::fmt::{self, Display, Write};
 #[derive(Clone, Debug)]
 pub struct Page {
     title: String,
+    style: String,
     body: String,
 }
 
@@ -15,7 +16,11 @@ impl Page {
     pub fn new(title: &str, lead: &str) -> Self {
         let title = escape(title);
         let body = format!("<header><h1>{title}</h1><p>{}</p></header>\n", escape(lead));
-        Self { title, body }
+        Self {
+            title,
+            style: STYLE.to_owned(),
+            body,
+        }
     }
 
     /// Adds a section with a heading and a body of HTML.
@@ -26,6 +31,16 @@ impl Page {
         ));
     }
 
+    /// Adds rules to its style.
+    pub fn style(&mut self, css: &str) {
+        self.style.push_str(css);
+    }
+
+    /// Adds HTML as it is.
+    pub fn raw(&mut self, html: impl Display) {
+        self.push(format_args!("{html}"));
+    }
+
     /// The finished page; `provenance` says how to make it again.
     #[must_use]
     pub fn finish(mut self, provenance: &str) -> String {
@@ -33,8 +48,8 @@ impl Page {
         format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n{}</main>\n</body>\n</html>\n",
-            self.title, self.body
+             <title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n{}</main>\n</body>\n</html>\n",
+            self.title, self.style, self.body
         )
     }
 

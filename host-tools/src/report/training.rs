@@ -4,25 +4,17 @@
 use std::fmt::Write;
 
 use eigenmark_core::landmark::Point;
-use image::{DynamicImage, GrayImage, imageops::FilterType};
+use image::{DynamicImage, GrayImage};
 
 use super::{
-    Page,
+    Page, map_picture,
     page::escape,
     plot::{Axes, line_plot},
 };
 use crate::{
-    atlas::Summary,
-    evaluate::Outcome,
-    learn::Model,
-    map::Map,
-    output::{jpeg_uri, png_uri},
-    simulate::Waypoint,
+    atlas::Summary, evaluate::Outcome, learn::Model, map::Map, output::png_uri, simulate::Waypoint,
     train::Trained,
 };
-
-/// Width of the map in the report, in pixels.
-const MAP_WIDTH: u32 = 1000;
 
 /// Eigenimages that are shown.
 const EIGENIMAGES: usize = 15;
@@ -77,24 +69,11 @@ pub fn training_report(report: &TrainingReport<'_>) -> String {
 
 /// The map with an SVG drawing in map pixels over it.
 fn map_with(report: &TrainingReport<'_>, drawing: &str) -> String {
-    let luminance;
-    let picture = match report.picture {
-        Some(picture) => picture,
-        None => {
-            luminance = DynamicImage::ImageLuma8(report.map.luminance().clone());
-            &luminance
-        }
-    };
     let (width, height) = (report.map.width(), report.map.height());
-    let shown = picture.resize(
-        MAP_WIDTH,
-        MAP_WIDTH * height / width.max(1) + 1,
-        FilterType::Triangle,
-    );
     format!(
         "<div class=\"map\"><img alt=\"the map\" src=\"{}\">\
          <svg viewBox=\"0 0 {width} {height}\" preserveAspectRatio=\"none\">{drawing}</svg></div>",
-        jpeg_uri(&shown)
+        map_picture(report.map, report.picture)
     )
 }
 

@@ -4,17 +4,15 @@ use eigenmark_core::{atlas::Atlas, landmark::Record};
 
 use super::{TrainError, cut};
 use crate::{
-    learn::{Model, PixelBasis, Preprocess},
+    learn::{Model, Preprocess, Space},
     map::{Grid, Map},
 };
 
 /// The eigenspace of an atlas before it was quantized, and its candidates in it.
 #[derive(Clone, Debug)]
 pub struct Relearned {
-    /// The eigenspace, on the pixels of views.
-    pub basis: PixelBasis,
-    /// The candidates' coordinates as matched: whitened, n rows of k.
-    pub coordinates: Vec<f64>,
+    /// The eigenspace, and the candidates in it as they are matched.
+    pub space: Space,
     /// Candidate numbers of the landmarks, best first.
     pub landmarks: Vec<u32>,
 }
@@ -77,8 +75,7 @@ impl Relearned {
         let whiten = f64::from(training.whiten);
         let records = atlas.landmarks().records();
         Ok(Self {
-            basis: PixelBasis::new(&model, &preprocess, whiten),
-            coordinates: model.whitened(model.project(&candidates), whiten),
+            space: Space::new(candidates, model, whiten, header.metric),
             landmarks: records.iter().map(|&Record { view, .. }| view).collect(),
         })
     }

@@ -514,7 +514,12 @@ fn relearning_gives_what_was_trained() {
             .coordinates
             .iter()
             .fold(0.0_f64, |most, g| most.max(g.abs()));
-        for (found, expected) in relearned.coordinates.iter().zip(&setup.trained.coordinates) {
+        for (found, expected) in relearned
+            .space
+            .coordinates
+            .iter()
+            .zip(&setup.trained.coordinates)
+        {
             assert!(
                 (found - expected).abs() <= 1e-9 * largest,
                 "{found} {expected}"

@@ -120,7 +120,7 @@ impl Cmd {
             .with_context(|| format!("{} for {}", self.map, self.atlas.display()))?;
         let integral = Integral::new(map.luminance());
         drop(step);
-        let (onboard, exact) = (Onboard::new(&atlas), exact(&atlas, relearned));
+        let (onboard, exact) = (Onboard::new(&atlas), exact(&relearned));
         let footprint_px = atlas.header().footprint_px as u32;
         let ground = Ground {
             map: &map,
@@ -234,14 +234,10 @@ impl Cmd {
 }
 
 /// The eigenspace and the landmarks of an atlas in f64.
-fn exact(atlas: &Atlas<'_>, relearned: Relearned) -> Exact {
-    let metric = atlas.landmarks().metric();
-    Exact::new(
-        relearned.basis,
-        metric,
-        &relearned.coordinates,
-        &relearned.landmarks,
-    )
+fn exact(relearned: &Relearned) -> Exact {
+    let Relearned { space, landmarks } = relearned;
+    let basis = space.basis.clone();
+    Exact::new(basis, space.metric, &space.coordinates, landmarks)
 }
 
 fn sites(atlas: &Atlas<'_>) -> Vec<Site> {

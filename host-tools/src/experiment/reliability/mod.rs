@@ -22,13 +22,13 @@ use std::{
 
 use rayon::prelude::*;
 
-use super::Space;
 use crate::{
     dense::Dense,
     evaluate::{
         Criterion, Panel, Verdict,
         reliability::{Catchment, Limits, Measure, Observer, Reliability, Steps, spiral},
     },
+    learn::Space,
     map::{Integral, Map},
     output::Bar,
     simulate::Camera,

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use crate::{
     atlas::radii,
     evaluate::{Verdict, nearest_of},
-    experiment::Space,
+    learn::Space,
     select::{dissimilarity, nearness},
 };
 

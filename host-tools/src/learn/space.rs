@@ -1,14 +1,10 @@
-//! The candidates of a map at one scale and blur, in the eigenspace that they span.
+//! Candidates in the eigenspace that was learned from them.
 
 use eigenmark_core::landmark::Metric;
 
-use super::ExperimentError;
-use crate::{
-    learn::{Candidates, Model, PixelBasis, Preprocess, Settings, first_columns},
-    map::Map,
-};
+use super::{Candidates, Model, PixelBasis, first_columns};
 
-/// An eigenspace of so many dimensions as its candidates span, up to a number; those of fewer are its first.
+/// Candidates of a map, and an eigenspace of theirs; those of fewer dimensions are its first.
 #[derive(Clone, Debug)]
 pub struct Space {
     /// The candidates, preprocessed.
@@ -24,26 +20,16 @@ pub struct Space {
 }
 
 impl Space {
-    /// Learns up to `most` dimensions from the candidates that the settings ask for, of any side.
-    ///
-    /// # Errors
-    /// When there are no such candidates, or they span nothing.
-    pub fn learn(map: &Map, settings: &Settings, most: usize) -> Result<Self, ExperimentError> {
-        let preprocess = Preprocess::new(
-            settings.view_side() as usize,
-            settings.normalize,
-            settings.blur,
-            settings.highpass_px,
-        );
-        let candidates = Candidates::new(map, &settings.grid(map)?, &preprocess)?;
-        let model = Model::learn_spanned(&candidates, most)?;
-        Ok(Self {
-            coordinates: model.whitened(model.project(&candidates), settings.whiten),
-            basis: PixelBasis::new(&model, &preprocess, settings.whiten),
-            metric: settings.metric,
+    /// Projects the candidates; coordinates are multiplied by λ^(−`whiten`/2).
+    #[must_use]
+    pub fn new(candidates: Candidates, model: Model, whiten: f64, metric: Metric) -> Self {
+        Self {
+            coordinates: model.whitened(model.project(&candidates), whiten),
+            basis: PixelBasis::new(&model, candidates.preprocess(), whiten),
+            metric,
             candidates,
             model,
-        })
+        }
     }
 
     /// Dimensions that were learned, K.
