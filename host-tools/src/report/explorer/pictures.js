@@ -24,10 +24,9 @@ function grayCanvas(shares, width, height, label) {
   const canvas = html("canvas", { width, height, role: "img", "aria-label": label });
   const context = canvas.getContext("2d");
   const pixels = context.createImageData(width, height);
-  shares.forEach((share, i) => {
-    const gray = Math.round(255 * share);
-    pixels.data.set([gray, gray, gray, 255], 4 * i);
-  });
+  // A pixel is four equal bytes but for the last, opacity.
+  const whole = new Uint32Array(pixels.data.buffer);
+  for (let i = 0; i < shares.length; i++) whole[i] = 0xff000000 | (Math.round(255 * shares[i]) * 0x010101);
   context.putImageData(pixels, 0, 0);
   return canvas;
 }
@@ -69,7 +68,7 @@ function drawDistancesStrip(cell) {
   const n = data.views.length;
   return html("div", { class: "strip" }, ...cell.dims.map((k) => {
     const button = html("button", { type: "button", "aria-pressed": String(k === chosenDims()), "aria-label": `${k} dimensions` },
-      grayCanvas(distances(cell, k), n, n, ""), html("span", {}, `k = ${k}`));
+      remember(cell, `small ${k}`, () => grayCanvas(distances(cell, k), n, n, "")), html("span", {}, `k = ${k}`));
     button.addEventListener("click", () => change({ dims: k }));
     return button;
   }));

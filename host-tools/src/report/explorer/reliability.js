@@ -44,7 +44,7 @@ function drawDeviation({ title, y, at }) {
 }
 
 function drawReliabilityLegend() {
-  return legend(comparedSeries().filter(({ method, blur }) => data.cells.some((cell) => cell.blur === blur && cell.tables[method]))).childNodes;
+  return legend(comparedSeries()).childNodes;
 }
 
 // Means of limits as the columns of a table.
