@@ -9,11 +9,10 @@ use anyhow::{Context, ensure};
 use clap::{Args, value_parser};
 use eigenmark::{
     experiment::{
-        Asked, Grid, Plan, REPORT_BLURS, REPORT_SCALES, Segmented, claims, claims::Claim, run, segmented,
-        write_tables,
+        Asked, Grid, Plan, REPORT_BLURS, REPORT_SCALES, SEED, Segmented, claims, claims::Claim, run, write_tables,
     },
     learn::Settings,
-    map::{Colored, Map},
+    map::{MAX_COLORS, Map, open_color},
     output::{Progress, check_directory, create_dir, write_file},
     report::{Explorer, experiment_report},
 };
@@ -64,8 +63,8 @@ pub struct Cmd {
 impl Cmd {
     pub fn run(self) -> anyhow::Result<()> {
         check_directory(&self.out)?;
-        let colored = Colored::open(&self.map)?;
-        let map = colored.map();
+        let map = &Map::open(&self.map)?;
+        let picture = open_color(&self.map)?;
         let size = self.view_size.unwrap_or((map.width() / COLUMNS).max(1));
         let plan = Plan::report(map, size, self.landmarks).with_context(|| self.map.clone())?;
         let asked = self.asked(&plan.settings)?;
@@ -76,7 +75,10 @@ impl Cmd {
         let grid = run(map, &plan, &asked, &cells, &provenance, &progress)
             .with_context(|| self.map.clone())?;
         let segmented = (self.colors > 0)
-            .then(|| segmented(&colored, &plan, self.colors, &cells, &provenance, &progress))
+            .then(|| {
+                let kept = (cells.as_path(), provenance.as_str());
+                Segmented::measure(map, &picture, &plan, self.colors, kept, &progress)
+            })
             .transpose()
             .with_context(|| self.map.clone())?;
         let claims = claims::judge(&grid);
@@ -84,7 +86,7 @@ impl Cmd {
         let step = progress.step("writing the report");
         let explorer = Explorer {
             map,
-            picture: Some(colored.picture()),
+            picture: Some(&picture.into()),
             plan: &plan,
             cells: &grid.cells,
             claims: &claims,
@@ -140,7 +142,7 @@ impl Cmd {
             map.width(),
             map.height(),
             map.crc(),
-            eigenmark::experiment::SEED
+            SEED
         )
     }
 
@@ -218,11 +220,7 @@ impl Cmd {
 fn colors(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(0) => Ok(0),
-        Ok(colors) if eigenmark::map::COLORS.contains(&colors) => Ok(colors),
-        _ => Err(format!(
-            "expected 0, or {} to {} colors",
-            eigenmark::map::COLORS.start(),
-            eigenmark::map::COLORS.end()
-        )),
+        Ok(colors) if (2..=MAX_COLORS).contains(&colors) => Ok(colors),
+        _ => Err(format!("expected 0, or 2 to {MAX_COLORS} colors")),
     }
 }

@@ -4,6 +4,7 @@ mod choices;
 mod compare;
 mod demo;
 mod evaluate;
+mod experiment;
 mod inspect;
 mod localize;
 mod merge;
@@ -48,6 +49,7 @@ enum Command {
     Merge(merge::Cmd),
     Compare(compare::Cmd),
     Evaluate(evaluate::Cmd),
+    Experiment(experiment::Cmd),
     Localize(localize::Cmd),
     Inspect(inspect::Cmd),
 }
@@ -67,6 +69,7 @@ pub fn run() -> ExitCode {
         Command::Merge(cmd) => cmd.run(),
         Command::Compare(cmd) => cmd.run(),
         Command::Evaluate(cmd) => cmd.run(),
+        Command::Experiment(cmd) => cmd.run(),
         Command::Localize(cmd) => cmd.run(),
         Command::Inspect(cmd) => cmd.run(),
     };

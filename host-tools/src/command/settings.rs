@@ -198,7 +198,7 @@ impl BestArgs {
     }
 }
 
-fn scale(text: &str) -> Result<f64, String> {
+pub fn scale(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(scale) if SCALES.contains(&scale) => Ok(scale),
         _ => Err("expected a number from 1 to 1000".to_owned()),

@@ -9,9 +9,9 @@ use std::{
 };
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use super::{Cell, Method, Plan, cell::STEPS};
+use super::{Cell, Plan, cell::STEPS};
 use crate::{
     evaluate::reliability::Steps,
     learn::{Settings, blur_name},
@@ -27,12 +27,12 @@ const MAX_BYTES: u64 = 1 << 30;
 
 /// What a cell depends on.
 #[derive(Debug, Serialize)]
-struct Key<'a> {
+struct Key<'a, S> {
     version: &'static str,
     format: u32,
     map_crc: u32,
     map_size: [u32; 2],
-    settings: &'a Settings,
+    settings: S,
     dimensions: &'a [usize],
     methods: Vec<&'static str>,
     landmarks: u32,
@@ -71,47 +71,56 @@ impl<'a> Cache<'a> {
     }
 
     /// A cell that was kept, if it is still what the plan asks for.
-    pub fn get(&self, settings: &Settings) -> Option<Cell> {
-        let path = self.path(settings);
-        if fs::metadata(&path).ok()?.len() > MAX_BYTES {
-            return None;
-        }
-        let text = fs::read_to_string(&path).ok()?;
-        let (head, cell) = text.split_once('\n')?;
-        let head: Head = serde_json::from_str(head).ok()?;
-        let cell = cell.trim_end();
-        if head.key != self.key(settings) || head.crc != crc(cell) {
-            return None;
-        }
-        let cell: Cell = serde_json::from_str(cell).ok()?;
+    pub fn cell(&self, settings: &Settings) -> Option<Cell> {
+        let cell: Cell = self.read(&name(settings), &self.key(settings))?;
         cell.is_sound().then_some(cell)
     }
 
     /// Keeps a cell.
-    pub fn put(&self, settings: &Settings, cell: &Cell) -> Result<(), OutputError> {
-        let path = self.path(settings);
+    pub fn keep(&self, settings: &Settings, cell: &Cell) -> Result<(), OutputError> {
+        self.write(&name(settings), &self.key(settings), cell)
+    }
+
+    /// Something that was kept under a name and with a key.
+    pub fn read<T: DeserializeOwned>(&self, name: &str, key: &str) -> Option<T> {
+        let path = self.path(name);
+        if fs::metadata(&path).ok()?.len() > MAX_BYTES {
+            return None;
+        }
+        let text = fs::read_to_string(&path).ok()?;
+        let (head, found) = text.split_once('\n')?;
+        let head: Head = serde_json::from_str(head).ok()?;
+        let found = found.trim_end();
+        if head.key != key || head.crc != crc(found) {
+            return None;
+        }
+        serde_json::from_str(found).ok()
+    }
+
+    /// Keeps something under a name and with a key.
+    pub fn write(&self, name: &str, key: &str, found: &impl Serialize) -> Result<(), OutputError> {
+        let path = self.path(name);
         let line = |value: serde_json::Result<String>| {
             value.map_err(|error| OutputError {
                 path: path.clone(),
                 source: error.into(),
             })
         };
-        let text = line(serde_json::to_string(cell))?;
-        let head = Head {
+        let text = line(serde_json::to_string(found))?;
+        let head = line(serde_json::to_string(&Head {
             provenance: self.provenance.to_owned(),
-            key: self.key(settings),
+            key: key.to_owned(),
             crc: crc(&text),
-        };
-        let head = line(serde_json::to_string(&head))?;
+        }))?;
         write_file(&path, |file| writeln!(file, "{head}\n{text}"))
     }
 
-    fn path(&self, settings: &Settings) -> PathBuf {
-        let name = format!("{}-{}.jsonl", settings.scale, blur_name(settings.blur));
-        self.directory.join(name)
+    fn path(&self, name: &str) -> PathBuf {
+        self.directory.join(format!("{name}.jsonl"))
     }
 
-    fn key(&self, settings: &Settings) -> String {
+    /// What something depends on: the map, the plan, and `settings` of its own.
+    pub fn key(&self, settings: impl Serialize) -> String {
         let key = Key {
             version: env!("CARGO_PKG_VERSION"),
             format: FORMAT,
@@ -123,7 +132,7 @@ impl<'a> Cache<'a> {
                 .plan
                 .methods
                 .iter()
-                .map(|method| Method::name(*method))
+                .map(|method| method.name())
                 .collect(),
             landmarks: self.plan.landmarks,
             fixed: &self.plan.fixed,
@@ -133,6 +142,11 @@ impl<'a> Cache<'a> {
         // Numbers and names always become JSON.
         serde_json::to_string(&key).unwrap_or_default()
     }
+}
+
+/// What a cell's file is called.
+fn name(settings: &Settings) -> String {
+    format!("{}-{}", settings.scale, blur_name(settings.blur))
 }
 
 fn crc(text: &str) -> u32 {

@@ -25,6 +25,9 @@ use crate::{
 /// Gamma is tried in steps of 0.1: the report's 0.5 is too coarse for guarantees.
 pub(super) const STEPS: Steps = Steps { gamma: 0.1 };
 
+/// Seed of everything that is drawn.
+pub const SEED: u64 = 2004;
+
 /// What was found at one scale and blur.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::cell::SEED;
 use crate::select::{
     Dissimilarity,
     cluster::{
@@ -12,9 +13,6 @@ use crate::select::{
         silhouette_curve, silhouettes,
     },
 };
-
-/// Seed of every k-means clustering.
-pub(super) const SEED: u64 = 2004;
 
 /// Numbers of k-means clusters that are shown view by view; the report's are 15.
 const SHOWN: [usize; 5] = [2, 4, 8, 15, 30];

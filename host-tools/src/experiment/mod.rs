@@ -9,13 +9,14 @@ mod methods;
 mod pictures;
 pub mod reliability;
 mod run;
+pub mod segmentation;
 mod segmented;
 mod shown;
 mod tables;
 
 use eigenmark_core::atlas::Blur;
 
-pub use cell::{Cell, MethodTable, Spread};
+pub use cell::{Cell, MethodTable, SEED, Spread};
 pub use clusters::{Clusters, Cut, Joined, Means};
 pub use localization::Localized;
 pub use methods::{Method, START_LISTS, StartList};
@@ -71,24 +72,37 @@ pub enum ExperimentError {
     /// They cannot be clustered.
     #[error(transparent)]
     Cluster(#[from] ClusterError),
+    /// It cannot be segmented.
+    #[error(transparent)]
+    Segmentation(#[from] segmentation::SegmentationEffectError),
+    /// There are more candidates than are compared.
+    #[error("expected at most {} views to compare, found {found}; choose a larger view size", reliability::MOST_CANDIDATES)]
+    TooMany {
+        /// How many there are.
+        found: u32,
+    },
     /// What was found cannot be kept.
     #[error(transparent)]
     Output(#[from] OutputError),
 }
 
 impl Plan {
-    /// The report's grid on a map, with views of `view_size_px`.
+    /// The report's grid on a map, with views of `view_size_px` and so many landmarks per selection, as far as there are views.
     ///
     /// # Errors
     /// When there is no such grid on the map.
-    pub fn report(map: &Map, view_size_px: u32) -> Result<Self, ExperimentError> {
+    pub fn report(map: &Map, view_size_px: u32, landmarks: u32) -> Result<Self, ExperimentError> {
         let settings = Settings {
             view_size_px,
             ..Settings::default()
         };
+        let found = settings.grid(map)?.count();
+        if found > reliability::MOST_CANDIDATES {
+            return Err(ExperimentError::TooMany { found });
+        }
         let k = usize::from(settings.dimensions);
         let space = cell::learn(map, &settings, k)?;
-        let landmarks = 8.min(space.count());
+        let landmarks = (landmarks as usize).min(space.count());
         let mut fixed = methods::Selector::new(&space, landmarks)
             .profile(&space.coordinates, space.dimensions());
         fixed.truncate(landmarks);

@@ -61,7 +61,7 @@ pub fn run(
                 ..plan.settings.clone()
             };
             let is_again = asked.is_fresh && is_asked(&settings);
-            let cell = (!is_again).then(|| cache.get(&settings)).flatten();
+            let cell = (!is_again).then(|| cache.cell(&settings)).flatten();
             (settings, cell)
         };
         of_scales.push((scale, super::REPORT_BLURS.map(of_blur).to_vec()));
@@ -91,7 +91,7 @@ pub fn run(
             let computed = cell::compute(map, plan, &wanted, &bar)?;
             grid.computed += computed.len();
             for (settings, cell) in wanted.iter().zip(computed) {
-                cache.put(settings, &cell)?;
+                cache.keep(settings, &cell)?;
                 let slot = cells.iter_mut().find(|(of, _)| of.blur == settings.blur);
                 if let Some((_, slot)) = slot {
                     *slot = Some(cell);

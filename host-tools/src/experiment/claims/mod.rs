@@ -15,7 +15,7 @@ mod variance;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Cell, Grid, Plan};
+use super::{Cell, Grid};
 use eigenmark_core::atlas::Blur;
 
 /// The setting that the report shows most: figures 3.3, 3.7, 3.8.
@@ -74,13 +74,13 @@ pub struct Curve {
 
 /// All claims, judged by the cells of a grid.
 #[must_use]
-pub fn judge(grid: &Grid, plan: &Plan) -> Vec<Claim> {
+pub fn judge(grid: &Grid) -> Vec<Claim> {
     let mut claims = vec![
         variance::grows(grid),
         profiles::dissimilarity_tends_to_a_half(grid),
         profiles::rankings_form_groups(grid),
     ];
-    claims.extend(tolerance::claims(grid, plan));
+    claims.extend(tolerance::claims(grid));
     claims.push(selections::none_is_better(grid));
     claims.extend(clusters::claims(grid));
     claims.push(localization::minima(grid));

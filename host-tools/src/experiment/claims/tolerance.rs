@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     evaluate::reliability::{End, Measure, Reliability},
-    experiment::{Cell, Grid, Method, MethodTable, Plan, REPORT_BLURS, REPORT_SCALES},
+    experiment::{Cell, Grid, Method, MethodTable, REPORT_BLURS, REPORT_SCALES},
 };
 
 /// Dimensions of the curves.
@@ -28,7 +28,7 @@ const CRITERIA: [&str; 2] = ["nearest", "guaranteed"];
 const GROWS: f64 = 0.8;
 
 /// Claims 4, 5 and 6.
-pub fn claims(grid: &Grid, _plan: &Plan) -> Vec<Claim> {
+pub fn claims(grid: &Grid) -> Vec<Claim> {
     let Some(seen) = Seen::new(grid) else {
         return [(4, ORIENTATION_AND_ALTITUDE), (5, CATCHMENT), (6, GAMMA)]
             .map(|(claim, statement)| {

@@ -300,8 +300,8 @@ impl Lattice {
 /// There is nothing to go by.
 const NOTHING: u16 = u16::MAX;
 
-/// The most candidates that a verdict names.
-pub const MOST_CANDIDATES: u32 = (NOTHING as u32) >> 2;
+/// The most candidates that are compared: a verdict names 16383, and matrices of all pairs are drawn.
+pub const MOST_CANDIDATES: u32 = 4096;
 
 fn packed(verdict: Verdict) -> u16 {
     (verdict.landmark as u16) << 2
