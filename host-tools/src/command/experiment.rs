@@ -9,7 +9,8 @@ use anyhow::{Context, ensure};
 use clap::{Args, value_parser};
 use eigenmark::{
     experiment::{
-        Asked, Grid, Plan, REPORT_BLURS, REPORT_SCALES, SEED, Segmented, claims, claims::Claim, run, write_tables,
+        Asked, Grid, Plan, REPORT_BLURS, REPORT_SCALES, SEED, Segmented, claims, claims::Claim,
+        run, write_tables,
     },
     learn::Settings,
     map::{MAX_COLORS, Map, open_color},
@@ -28,8 +29,10 @@ const LEAST_SIDE: u32 = 4;
 
 /// Run the report's experiments on a map: every scale, blur, dimension and selection; as a page to look at, CSV and JSON
 #[derive(Debug, Args)]
-#[command(after_help = "What was computed is kept in DIR/cells: another run computes only what has changed, and an interrupted \
-                        one goes on. One cell again: --scales 10 --blurs gauss1 --fresh.")]
+#[command(
+    after_help = "What was computed is kept in DIR/cells: another run computes only what has changed, and an interrupted \
+                        one goes on. One cell again: --scales 10 --blurs gauss1 --fresh."
+)]
 pub struct Cmd {
     /// Aerial map: a PNG, JPEG or TIFF file, or builtin:city
     #[arg(long, value_name = "FILE")]
@@ -104,9 +107,18 @@ impl Cmd {
 
     /// The cells to compute.
     fn asked(&self, settings: &Settings) -> anyhow::Result<Asked> {
-        let side = |scale: f64| Settings { scale, ..settings.clone() }.view_side();
+        let side = |scale: f64| {
+            Settings {
+                scale,
+                ..settings.clone()
+            }
+            .view_side()
+        };
         let scales = if self.scales.is_empty() {
-            REPORT_SCALES.into_iter().filter(|&scale| side(scale) >= LEAST_SIDE).collect()
+            REPORT_SCALES
+                .into_iter()
+                .filter(|&scale| side(scale) >= LEAST_SIDE)
+                .collect()
         } else {
             self.scales.clone()
         };
@@ -185,7 +197,9 @@ impl Cmd {
             "segmentation": segmented.map(|found| json!({"palette": found.palette, "rows": found.rows})),
             "cells": cells.collect::<Vec<_>>(),
         });
-        write_file(&self.out.join("experiment.json"), |file| writeln!(file, "{all}"))?;
+        write_file(&self.out.join("experiment.json"), |file| {
+            writeln!(file, "{all}")
+        })?;
         Ok(())
     }
 
@@ -199,10 +213,18 @@ impl Cmd {
             return print_json(&mut out, &value);
         }
         let found = grid.cells.len();
-        writeln!(out, "cells      {found}, of which {} were computed now", grid.computed)?;
+        writeln!(
+            out,
+            "cells      {found}, of which {} were computed now",
+            grid.computed
+        )?;
         for claim in claims {
             let verdict = claims::verdict(claim.holds);
-            let holding = claim.parts.iter().filter(|part| part.holds == Some(true)).count();
+            let holding = claim
+                .parts
+                .iter()
+                .filter(|part| part.holds == Some(true))
+                .count();
             writeln!(
                 out,
                 "claim {:>2}   {verdict:<13} ({holding} of {} parts)  {}",
@@ -211,7 +233,11 @@ impl Cmd {
                 claim.statement
             )?;
         }
-        writeln!(out, "wrote      {} (open it in a browser), CSV and JSON beside it", report.display())?;
+        writeln!(
+            out,
+            "wrote      {} (open it in a browser), CSV and JSON beside it",
+            report.display()
+        )?;
         Ok(())
     }
 }

@@ -76,7 +76,10 @@ pub enum ExperimentError {
     #[error(transparent)]
     Segmentation(#[from] segmentation::SegmentationEffectError),
     /// There are more candidates than are compared.
-    #[error("expected at most {} views to compare, found {found}; choose a larger view size", reliability::MOST_CANDIDATES)]
+    #[error(
+        "expected at most {} views to compare, found {found}; choose a larger view size",
+        reliability::MOST_CANDIDATES
+    )]
     TooMany {
         /// How many there are.
         found: u32,

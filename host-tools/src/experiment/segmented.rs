@@ -79,7 +79,8 @@ impl Segmented {
 
     fn of(effect: &SegmentationEffect) -> Self {
         let picture = DynamicImage::ImageLuma8(effect.picture.clone());
-        let height = u64::from(WIDTH_PX) * u64::from(picture.height()) / u64::from(picture.width().max(1));
+        let height =
+            u64::from(WIDTH_PX) * u64::from(picture.height()) / u64::from(picture.width().max(1));
         let shown = picture.resize(WIDTH_PX, height as u32 + 1, FilterType::Triangle);
         let shade = |color: &crate::map::PaletteColor| {
             let [red, green, blue] = color.rgb;

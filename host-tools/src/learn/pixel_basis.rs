@@ -92,20 +92,21 @@ impl PixelBasis {
         self.finish(sums, &mut coordinates).then_some(coordinates)
     }
 
-    /// The same for many views at once, m pixels each; their last bits may differ from [`project`](Self::project)'s.
+    /// The first `dimensions` coordinates of many views at once, m pixels each; their last bits may differ from
+    /// [`project`](Self::project)'s.
     ///
     /// # Panics
-    /// When there is no whole number of views.
+    /// When there is no whole number of views, or there are fewer dimensions.
     #[must_use]
-    pub fn project_all(&self, views: &[u8]) -> Vec<Option<Vec<f64>>> {
-        let (m, k, n) = (self.pixels, self.dimensions(), views.len() / self.pixels);
+    pub fn project_all(&self, views: &[u8], dimensions: usize) -> Vec<Option<Vec<f64>>> {
+        let (m, k, n) = (self.pixels, dimensions, views.len() / self.pixels);
         assert!(views.len() == n * m, "whole views");
         let pixels: Vec<f64> = views.iter().map(|&y| f64::from(y)).collect();
         let mut products = vec![0.0; k * n];
         matmul(
             MatMut::from_column_major_slice_mut(&mut products, k, n),
             Accum::Replace,
-            MatRef::from_row_major_slice(&self.weights, k, m),
+            MatRef::from_row_major_slice(&self.weights[..k * m], k, m),
             MatRef::from_column_major_slice(&pixels, m, n),
             1.0,
             Par::Seq,

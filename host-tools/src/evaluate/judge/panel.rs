@@ -14,8 +14,14 @@ pub(crate) trait Panel: Sync {
     }
 
     /// What each says of each square frame, `side_px` pixels per side, by frame and judge. The frames are taken around
-    /// `landmark` (0-based): whoever knows of no such landmark may say nothing.
-    fn judge(&self, landmark: u32, frames: &[Integral], side_px: u32) -> Vec<Vec<Option<Verdict>>>;
+    /// `landmark` (0-based): whoever knows of no such landmark, or is not `asked`, may say nothing.
+    fn judge(
+        &self,
+        landmark: u32,
+        asked: &[bool],
+        frames: &[Integral],
+        side_px: u32,
+    ) -> Vec<Vec<Option<Verdict>>>;
 }
 
 impl Panel for &[&dyn Judge] {
@@ -23,7 +29,13 @@ impl Panel for &[&dyn Judge] {
         self.len()
     }
 
-    fn judge(&self, _: u32, frames: &[Integral], side_px: u32) -> Vec<Vec<Option<Verdict>>> {
+    fn judge(
+        &self,
+        _: u32,
+        _: &[bool],
+        frames: &[Integral],
+        side_px: u32,
+    ) -> Vec<Vec<Option<Verdict>>> {
         let of_frame = |frame: &Integral| {
             // Judges of the same side see the same view.
             let mut view = Vec::new();

@@ -65,13 +65,19 @@ impl<'a> Observer<'a> {
         random: &mut impl Rng,
     ) -> Vec<Option<Verdict>> {
         let frame = self.frame(scene, random);
-        let mut of_frames = self.judge(landmark, &[frame]);
+        let all = vec![true; self.judges.judges()];
+        let mut of_frames = self.judge(landmark, &all, &[frame]);
         of_frames.swap_remove(0)
     }
 
-    fn judge(&self, landmark: u32, frames: &[Integral]) -> Vec<Vec<Option<Verdict>>> {
+    fn judge(
+        &self,
+        landmark: u32,
+        asked: &[bool],
+        frames: &[Integral],
+    ) -> Vec<Vec<Option<Verdict>>> {
         let side_px = u32::from(self.frame.width);
-        self.judges.judge(landmark, frames, side_px)
+        self.judges.judge(landmark, asked, frames, side_px)
     }
 
     /// The sums of the frame of a scene.
@@ -132,7 +138,11 @@ impl<'a> Observer<'a> {
         let end = loop {
             let (seen, end) = self.see(outward, next);
             next += seen.values.len() as i32;
-            let mut verdicts = self.judge(outward.landmark, &seen.frames).into_iter();
+            let is_open = |limits: &[Option<Limit>; 2]| limits.iter().any(Option::is_none);
+            let open: Vec<bool> = limits.iter().map(is_open).collect();
+            let mut verdicts = self
+                .judge(outward.landmark, &open, &seen.frames)
+                .into_iter();
             for (value, scenes) in seen.values {
                 for verdicts in verdicts.by_ref().take(scenes) {
                     for (limits, verdict) in limits.iter_mut().zip(verdicts) {

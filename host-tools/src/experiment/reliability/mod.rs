@@ -6,7 +6,7 @@
 //!
 //! **Method.** A view of the map is rendered once for all spaces of the same scale, and projected once for all tables of a
 //! space ([`tables`]). Catchments are counted as in the report, where the map itself was reduced: at positions around the
-//! landmark that are a view pixel apart, not a map pixel.
+//! landmark that are a view pixel apart, not a map pixel, and a hundredth of the footprint at least.
 //!
 //! **Cost.** Four spaces of 82 dimensions, 150 tables each, of 83 views at scale 1 take minutes of processor time, at
 //! scale 10 seconds. Two bytes per table and position: 512 MiB at most, or positions are farther apart.
@@ -38,10 +38,13 @@ use tables::Tables;
 pub use tables::Table;
 
 /// Views that are projected at once: a basis is read from memory once for all of them.
-const BATCH: usize = 16;
+const BATCH: usize = 32;
 
 /// Verdicts that are kept at once: 512 MiB.
 const MOST_VERDICTS: usize = 256 << 20;
+
+/// Positions per side of a footprint, at most: an area of a footprint is then known to 1/10000.
+const PER_FOOTPRINT: u32 = 100;
 
 /// What a landmark of a table tolerates, as the strict nearest neighbor and with a guarantee.
 pub type ByCriterion = [Reliability; 2];
@@ -124,25 +127,42 @@ impl Panel for Together<'_> {
         BATCH
     }
 
-    fn judge(&self, landmark: u32, frames: &[Integral], side_px: u32) -> Vec<Vec<Option<Verdict>>> {
+    fn judge(
+        &self,
+        landmark: u32,
+        asked: &[bool],
+        frames: &[Integral],
+        side_px: u32,
+    ) -> Vec<Vec<Option<Verdict>>> {
         let side = self.0[0].space().side();
         let mut views = vec![0; frames.len() * side * side];
         for (frame, view) in frames.iter().zip(views.chunks_exact_mut(side * side)) {
             frame.reduce((0, 0), side_px, side, view);
         }
         let mut verdicts = vec![Vec::with_capacity(self.judges()); frames.len()];
+        let mut asked = asked.iter();
         for tables in self.0 {
+            let asked: Vec<usize> = (0..tables.count())
+                .zip(&mut asked)
+                .filter(|(table, is_asked)| **is_asked && tables.has(*table, landmark + 1))
+                .map(|(table, _)| table)
+                .collect();
+            // Dimensions that nobody asks about are not computed.
+            let most = asked.iter().map(|&table| tables.dimensions(table)).max();
+            let projected = match most {
+                Some(most) => tables.space().basis.project_all(&views, most),
+                None => vec![None; frames.len()],
+            };
             let mut scratch = tables.scratch();
-            let projected = tables.space().basis.project_all(&views);
             for (verdicts, coordinates) in verdicts.iter_mut().zip(&projected) {
+                let mut said = vec![None; tables.count()];
                 if let Some(coordinates) = coordinates {
                     tables.look(coordinates, &mut scratch);
+                    for &table in &asked {
+                        said[table] = Some(tables.verdict(table, coordinates, &mut scratch));
+                    }
                 }
-                verdicts.extend((0..tables.count()).map(|table| {
-                    let coordinates = coordinates.as_ref()?;
-                    let knows = tables.has(table, landmark + 1);
-                    knows.then(|| tables.verdict(table, coordinates, &mut scratch))
-                }));
+                verdicts.extend(said);
             }
         }
         verdicts

@@ -108,6 +108,11 @@ impl<'a> Tables<'a> {
         self.tables.len()
     }
 
+    /// Dimensions of table `table`, k.
+    pub fn dimensions(&self, table: usize) -> usize {
+        self.steps[self.tables[table].step]
+    }
+
     /// Landmarks of all tables, ascending.
     pub fn members(&self) -> &[u32] {
         &self.members
@@ -128,7 +133,7 @@ impl<'a> Tables<'a> {
         }
     }
 
-    /// Prepares the judgement of a view with these K coordinates.
+    /// Prepares the judgement of a view by tables of no more dimensions than these coordinates.
     pub fn look(&self, coordinates: &[f64], scratch: &mut Scratch) {
         let u = self.members.len();
         let mut products = vec![0.0; u];
@@ -144,6 +149,9 @@ impl<'a> Tables<'a> {
                 .iter_mut()
                 .zip(self.squared_norms.chunks_exact(u)),
         ) {
+            if to > coordinates.len() {
+                break;
+            }
             let rows = self.by_dimension[from * u..to * u].chunks_exact(u);
             for (g, row) in coordinates[from..to].iter().zip(rows) {
                 squared_norm += g * g;
