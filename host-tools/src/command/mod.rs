@@ -8,6 +8,7 @@ mod inspect;
 mod localize;
 mod merge;
 mod poses;
+mod segment;
 mod settings;
 mod train;
 
@@ -44,6 +45,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Demo(demo::Cmd),
+    Segment(segment::Cmd),
     Train(train::Cmd),
     Merge(merge::Cmd),
     Compare(compare::Cmd),
@@ -63,6 +65,7 @@ pub fn run() -> ExitCode {
         .unwrap_or_else(|| Command::Demo(demo::Cmd::default()))
     {
         Command::Demo(cmd) => cmd.run(),
+        Command::Segment(cmd) => cmd.run(),
         Command::Train(cmd) => cmd.run(),
         Command::Merge(cmd) => cmd.run(),
         Command::Compare(cmd) => cmd.run(),
