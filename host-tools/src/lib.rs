@@ -12,6 +12,7 @@
 //! | [`train`] | the whole way, from map to atlas, also in parts | — |
 //! | [`simulate`] | a camera over the map | — |
 //! | [`evaluate`] | how far landmarks can be trusted, where the map could be mistaken; selections side by side | `localizer` |
+//! | [`experiment`] | what segmentation by color is worth | — |
 //! | [`report`] | self-contained HTML pages | — |
 //! | [`output`] | files that are whole or absent, NumPy arrays, progress | — |
 //!
@@ -20,6 +21,7 @@
 pub mod atlas;
 pub mod dense;
 pub mod evaluate;
+pub mod experiment;
 pub mod learn;
 pub mod map;
 pub mod output;

@@ -1,0 +1,3 @@
+//! Experiments of the report, and what it left to others.
+
+pub mod segmentation;
