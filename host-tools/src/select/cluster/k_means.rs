@@ -5,8 +5,8 @@
 //!
 //! **Method.**
 //! 1. *Seeds* are drawn among the points by k-means++ (D. Arthur, S. Vassilvitskii, *k-means++: the advantages of careful
-//!    seeding*, 2007): each with a probability in proportion to its squared distance from those before. Of 2 + ⌊log₂ c⌋
-//!    drawn like that the one is taken that leaves the least SSD, as scikit-learn does with 2 + ⌊ln c⌋.
+//!    seeding*, 2007): each with a probability in proportion to its squared distance from those before. Of 2 + ⌊ln c⌋ drawn
+//!    like that the one is taken that leaves the least SSD, as scikit-learn does.
 //! 2. *Rounds* are those of linfa-clustering, until centroids hardly move. It counts the old centroid as a point of the
 //!    cluster (m_k-means), so that no cluster is ever empty, and centroids get to the means of their clusters only little by
 //!    little.
@@ -33,7 +33,7 @@ use crate::simulate::seeded;
 
 /// How far all centroids may move in linfa's last round, as a share of how far all points are from the first seed: a few
 /// last rounds are cheaper than creeping nearer.
-const TOLERANCE: f64 = 0.01;
+const TOLERANCE: f64 = 0.05;
 
 /// Rounds of each kind, at most: in practice some ten.
 const MAX_ROUNDS: u64 = 300;
@@ -127,7 +127,7 @@ impl Seeds {
         let mut nearest = vec![f64::INFINITY; n];
         let spread = approach(points, row(first), &mut nearest);
         let (mut sum, mut trial, mut best) = (spread, nearest.clone(), nearest.clone());
-        let trials = 2 + clusters.ilog2();
+        let trials = 2 + (clusters as f64).ln() as u32;
         for _ in 1..clusters {
             // Points that are seeds already have no share of the sum.
             let Some(last) = nearest.iter().rposition(|&distance| distance > 0.0) else {
