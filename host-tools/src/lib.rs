@@ -4,7 +4,7 @@
 //!
 //! | folder | does | twin in the core |
 //! | --- | --- | --- |
-//! | [`map`] | loads aerial maps, draws the built-in one, lays out candidates | `frame`, `landmark::lattice` |
+//! | [`map`] | loads aerial maps, draws the built-in one, segments by color, lays out candidates | `frame`, `landmark::lattice` |
 //! | [`learn`] | vectors of candidates, preprocessing, PCA at once, in parts, one by one | `preprocess`, `eigenspace`, `explore` |
 //! | [`dense`] | the projection of the window at every pixel of a map | `eigenspace` |
 //! | [`select`] | which candidates become landmarks, and how far selections agree | `landmark`, `explore` |

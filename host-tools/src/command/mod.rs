@@ -9,6 +9,7 @@ mod inspect;
 mod localize;
 mod merge;
 mod poses;
+mod segment;
 mod settings;
 mod train;
 
@@ -45,6 +46,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Demo(demo::Cmd),
+    Segment(segment::Cmd),
     Train(train::Cmd),
     Merge(merge::Cmd),
     Compare(compare::Cmd),
@@ -65,6 +67,7 @@ pub fn run() -> ExitCode {
         .unwrap_or_else(|| Command::Demo(demo::Cmd::default()))
     {
         Command::Demo(cmd) => cmd.run(),
+        Command::Segment(cmd) => cmd.run(),
         Command::Train(cmd) => cmd.run(),
         Command::Merge(cmd) => cmd.run(),
         Command::Compare(cmd) => cmd.run(),

@@ -1,4 +1,4 @@
-//! Picture files → 8-bit luminance.
+//! Picture files → 8-bit luminance, or 8-bit color.
 //!
 //! PNG (palettes included), JPEG and TIFF are told apart by their contents, not by their names. Luminance is Rec. 601 (what cameras put
 //! into the Y of YUYV), rounded to the nearest; 16-bit samples are scaled by 255/65535; transparency is ignored.
@@ -78,6 +78,56 @@ pub enum MapError {
 /// # Errors
 /// See [`MapError`].
 pub fn load(path: &Path) -> Result<GrayImage, MapError> {
+    let picture = decode(path)?;
+    let (width, height) = (picture.width(), picture.height());
+    Ok(match picture {
+        DynamicImage::ImageLuma8(gray) => gray,
+        DynamicImage::ImageLumaA8(_)
+        | DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_) => {
+            let gray = picture.to_luma16();
+            let pixels = gray
+                .iter()
+                .map(|&sample| from_16_bits(u32::from(sample)))
+                .collect();
+            gray_image(width, height, pixels)
+        }
+        DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_) => {
+            let color = picture.to_rgb16();
+            let pixels = color
+                .pixels()
+                .map(|p| from_16_bits(weigh(p.0.map(u32::from))))
+                .collect();
+            gray_image(width, height, pixels)
+        }
+        other => luminance(&other.to_rgb8()),
+    })
+}
+
+/// Reads a picture file in color; of a gray one, all three samples are its luminance.
+///
+/// # Errors
+/// See [`MapError`].
+pub fn load_color(path: &Path) -> Result<RgbImage, MapError> {
+    let picture = decode(path)?;
+    Ok(match picture {
+        DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_) => {
+            let color = picture.to_rgb16();
+            let samples = color
+                .iter()
+                .map(|&sample| from_16_bits(u32::from(sample)))
+                .collect();
+            RgbImage::from_raw(color.width(), color.height(), samples).unwrap_or_default()
+        }
+        other => other.into_rgb8(),
+    })
+}
+
+/// Checks a picture file, and decodes it.
+fn decode(path: &Path) -> Result<DynamicImage, MapError> {
     let read = |source| MapError::Read {
         path: path.to_owned(),
         source,
@@ -133,29 +183,7 @@ pub fn load(path: &Path) -> Result<GrayImage, MapError> {
     if format == ImageFormat::Jpeg {
         check_jpeg_is_whole(path)?;
     }
-    let picture = DynamicImage::from_decoder(decoder).map_err(damaged)?;
-    Ok(match picture {
-        DynamicImage::ImageLuma8(gray) => gray,
-        DynamicImage::ImageLumaA8(_)
-        | DynamicImage::ImageLuma16(_)
-        | DynamicImage::ImageLumaA16(_) => {
-            let gray = picture.to_luma16();
-            let pixels = gray
-                .iter()
-                .map(|&sample| from_16_bits(u32::from(sample)))
-                .collect();
-            gray_image(width, height, pixels)
-        }
-        DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_) => {
-            let color = picture.to_rgb16();
-            let pixels = color
-                .pixels()
-                .map(|p| from_16_bits(weigh(p.0.map(u32::from))))
-                .collect();
-            gray_image(width, height, pixels)
-        }
-        other => luminance(&other.to_rgb8()),
-    })
+    DynamicImage::from_decoder(decoder).map_err(damaged)
 }
 
 /// The decoder fills what is missing of a JPEG file with gray; here a file that is cut short is an error. A whole file

@@ -1,4 +1,4 @@
-//! Aerial maps: loading, the built-in city, and where candidates lie.
+//! Aerial maps: loading, the built-in city, segmentation by color, and where candidates lie.
 //!
 //! A [`Map`] is 8-bit luminance, seen straight from above with north up, as large as the area the vehicle flies over.
 //! Map coordinates are pixels, x to the right, y down, origin at the top-left corner of the top-left pixel.
@@ -7,12 +7,14 @@ pub mod city;
 pub mod grid;
 mod integral;
 mod load;
+mod segment;
 
-use image::GrayImage;
+use image::{GrayImage, RgbImage};
 
 pub use grid::{Grid, GridError};
 pub use integral::Integral;
-pub use load::{MAX_PIXELS, MapError, load, luminance};
+pub use load::{MAX_PIXELS, MapError, load, load_color, luminance};
+pub use segment::{MAX_COLORS, MIN_REGION_PX, PaletteColor, SegmentError, Segmentation};
 
 /// The name under which the command line knows the built-in city.
 pub const BUILTIN_CITY: &str = "builtin:city";
@@ -30,13 +32,8 @@ impl Map {
     /// # Errors
     /// When the file cannot be read or is not a picture of a supported kind and size.
     pub fn open(name: &str) -> Result<Self, MapError> {
-        if name == BUILTIN_CITY {
+        if is_city(name)? {
             return Ok(Self::city());
-        }
-        if let Some(other) = name.strip_prefix("builtin:") {
-            return Err(MapError::UnknownBuiltin {
-                name: other.to_owned(),
-            });
         }
         Ok(Self {
             name: name.to_owned(),
@@ -97,6 +94,28 @@ impl Map {
     #[must_use]
     pub fn crc(&self) -> u32 {
         crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(self.luminance.as_raw())
+    }
+}
+
+/// Opens a map by name as [`Map::open`] does, in color.
+///
+/// # Errors
+/// When the file cannot be read or is not a picture of a supported kind and size.
+pub fn open_color(name: &str) -> Result<RgbImage, MapError> {
+    if is_city(name)? {
+        return Ok(city::draw());
+    }
+    load_color(name.as_ref())
+}
+
+/// Whether a map is the built-in one, not a file.
+fn is_city(name: &str) -> Result<bool, MapError> {
+    match name.strip_prefix("builtin:") {
+        None => Ok(false),
+        Some(_) if name == BUILTIN_CITY => Ok(true),
+        Some(other) => Err(MapError::UnknownBuiltin {
+            name: other.to_owned(),
+        }),
     }
 }
 

@@ -6,6 +6,7 @@ mod flight;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
+pub(crate) use camera::gamma_levels;
 pub use camera::{Camera, CameraFrame, Corner, Occlusion, Scene};
 pub use flight::{Flight, Waypoint, fly};
 

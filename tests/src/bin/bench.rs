@@ -10,9 +10,11 @@
 //! bench eigenimages VECTORS OUT                            the first 15 eigenvectors
 //! bench dense PIXELS REPETITIONS EIGENIMAGES               them at every position: largest, mean and some dots
 //! bench ipca|ipca-literal VECTORS REPETITIONS LANDMARKS    the IPCA ranking from candidates 1, 2, 3
+//! bench clusters COORDINATES SEED                         every dendrogram with its cuts; k-means and silhouettes
 //! ```
 
 use std::{
+    collections::BTreeMap,
     fs::{self, File},
     io::BufReader,
     path::Path,
@@ -27,7 +29,9 @@ use eigenmark::{
     map::Map,
     output::{write_file, write_npy},
     select::{
-        Dissimilarity, Eligible, Order, Profile, Route, Until, rank_by_ipca, rank_by_ipca_literally,
+        Dissimilarity, Eligible, Order, Profile, Route, Until,
+        cluster::{Dendrogram, Linkage, Pairwise, k_means, silhouette_curve, silhouettes},
+        rank_by_ipca, rank_by_ipca_literally,
     },
 };
 use image::GrayImage;
@@ -43,6 +47,12 @@ const BEST: usize = 50;
 
 /// One in so many dots of a dense projection is compared.
 const DOTS: usize = 997;
+
+/// Numbers of clusters that are compared, and as many as there are points.
+const CLUSTERS: [usize; 6] = [1, 2, 8, 15, 40, 70];
+
+/// Starts of k-means that are compared on average.
+const STARTS: u64 = 10;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -132,6 +142,10 @@ fn main() -> Result<()> {
                 Ok(ranked?.ranking)
             })
         }
+        ["clusters", coordinates, seed] => {
+            let (points, dimensions) = read::<f64>(coordinates)?;
+            clusters(&points, dimensions, seed.parse()?)
+        }
         _ => bail!("unknown arguments {arguments:?}; see tests/src/bin/bench.rs"),
     }
 }
@@ -158,6 +172,47 @@ fn candidates(map: &str, settings: &Settings, every: usize, out: &Path) -> Resul
         writer.finish()
     })?;
     say(&json!({}), Duration::ZERO)
+}
+
+/// Everything that can be said about groups of points; timed is the whole curve of silhouettes.
+fn clusters(points: &[f64], dimensions: usize, seed: u64) -> Result<()> {
+    let pairwise = Pairwise::new(Dissimilarity::Euclid, points, dimensions)?;
+    let squares = Pairwise::new(Dissimilarity::Ssd, points, dimensions)?;
+    let n = pairwise.count();
+    let counts = CLUSTERS.into_iter().filter(|&count| count < n);
+    let counts: Vec<usize> = counts.chain([n]).collect();
+    let mut linkages = BTreeMap::new();
+    for linkage in Linkage::ALL {
+        let dendrogram = Dendrogram::new(linkage, &pairwise)?;
+        let mut cuts = BTreeMap::new();
+        for &count in &counts {
+            cuts.insert(count, dendrogram.cut(count)?.of().to_vec());
+        }
+        let found = json!({
+            "merges": dendrogram.merges(),
+            "cophenetic": dendrogram.cophenetic_distances(),
+            "correlation": dendrogram.cophenetic_correlation(&pairwise),
+            "cuts": cuts,
+        });
+        linkages.insert(linkage, found);
+    }
+    let mut means = BTreeMap::new();
+    for &count in &counts {
+        let ssd = |seed| Ok(k_means(points, dimensions, count, seed)?.ssd);
+        let of_starts: Result<Vec<f64>> = (seed..seed + STARTS).map(ssd).collect();
+        let found = k_means(points, dimensions, count, seed)?;
+        let found = json!({
+            "ssd_of_starts": of_starts?,
+            "of": found.partition.of(),
+            "centroids": found.centroids,
+            "ssd": found.ssd,
+            "silhouettes": silhouettes(&squares, &found.partition)?,
+        });
+        means.insert(count, found);
+    }
+    let (curve, best) = best_of("3", || Ok(silhouette_curve(points, dimensions, seed)?))?;
+    let result = json!({"linkages": linkages, "k_means": means, "curve": curve});
+    say(&result, best)
 }
 
 /// A matrix, row by row, and its number of columns.

@@ -15,4 +15,5 @@ mod poses;
 mod quantization;
 mod rankings;
 mod reliability;
+mod segmentation;
 mod selections;

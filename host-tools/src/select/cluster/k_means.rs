@@ -5,7 +5,8 @@
 //!
 //! **Method.**
 //! 1. *Seeds* are drawn among the points by k-means++ (D. Arthur, S. Vassilvitskii, *k-means++: the advantages of careful
-//!    seeding*, 2007): each with a probability in proportion to its squared distance from those before.
+//!    seeding*, 2007): each with a probability in proportion to its squared distance from those before. Of 2 + ⌊ln c⌋ drawn
+//!    like that the one is taken that leaves the least SSD, as scikit-learn does.
 //! 2. *Rounds* are those of linfa-clustering, until centroids hardly move. It counts the old centroid as a point of the
 //!    cluster (m_k-means), so that no cluster is ever empty, and centroids get to the means of their clusters only little by
 //!    little.
@@ -32,7 +33,7 @@ use crate::simulate::seeded;
 
 /// How far all centroids may move in linfa's last round, as a share of how far all points are from the first seed: a few
 /// last rounds are cheaper than creeping nearer.
-const TOLERANCE: f64 = 0.01;
+const TOLERANCE: f64 = 0.05;
 
 /// Rounds of each kind, at most: in practice some ten.
 const MAX_ROUNDS: u64 = 300;
@@ -121,37 +122,48 @@ impl Seeds {
     fn draw(points: &[f64], dimensions: usize, clusters: usize, random: &mut impl Rng) -> Self {
         let n = points.len() / dimensions;
         let row = |index: usize| &points[index * dimensions..][..dimensions];
-        let mut latest = random.random_range(0..n);
-        let mut centroids = row(latest).to_vec();
-        let mut distances = vec![f64::INFINITY; n];
-        let mut spread = 0.0;
-        for drawn in 1..=clusters {
-            let mut sum = 0.0;
-            for (point, nearest) in points.chunks_exact(dimensions).zip(&mut distances) {
-                *nearest = nearest.min(squared_distance(point, row(latest)));
-                sum += *nearest;
-            }
-            if drawn == 1 {
-                spread = sum;
-            }
-            if drawn == clusters || sum == 0.0 {
+        let first = random.random_range(0..n);
+        let mut centroids = row(first).to_vec();
+        let mut nearest = vec![f64::INFINITY; n];
+        let spread = approach(points, row(first), &mut nearest);
+        let (mut sum, mut trial, mut best) = (spread, nearest.clone(), nearest.clone());
+        let trials = 2 + (clusters as f64).ln() as u32;
+        for _ in 1..clusters {
+            // Points that are seeds already have no share of the sum.
+            let Some(last) = nearest.iter().rposition(|&distance| distance > 0.0) else {
                 break;
-            }
-            let mut left = sum * random.random_range(0.0..1.0);
-            // Points that are a seed already have no share of the sum.
-            let mut others = (0..n).filter(|&index| distances[index] > 0.0);
-            latest = others
-                .by_ref()
-                .find(|&index| {
-                    left -= distances[index];
+            };
+            let mut least = (f64::INFINITY, last);
+            for _ in 0..trials {
+                let mut left = sum * random.random_range(0.0..1.0);
+                let is_drawn = |distance: &f64| {
+                    left -= distance;
                     left < 0.0
-                })
-                .or_else(|| (0..n).rfind(|&index| distances[index] > 0.0))
-                .unwrap_or(latest);
-            centroids.extend(row(latest));
+                };
+                let drawn = nearest.iter().position(is_drawn).unwrap_or(last);
+                trial.copy_from_slice(&nearest);
+                let left_over = approach(points, row(drawn), &mut trial);
+                if left_over < least.0 {
+                    least = (left_over, drawn);
+                    std::mem::swap(&mut trial, &mut best);
+                }
+            }
+            nearest.copy_from_slice(&best);
+            sum = least.0;
+            centroids.extend(row(least.1));
         }
         Self { centroids, spread }
     }
+}
+
+/// What is left of the squared distances to the nearest seed with another one; and their sum.
+fn approach(points: &[f64], seed: &[f64], nearest: &mut [f64]) -> f64 {
+    let rows = points.chunks_exact(seed.len()).zip(nearest);
+    rows.map(|(point, nearest)| {
+        *nearest = nearest.min(squared_distance(point, seed));
+        *nearest
+    })
+    .sum()
 }
 
 /// Rounds of m_k-means; the seeds themselves should linfa refuse.

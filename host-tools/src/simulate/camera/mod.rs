@@ -22,6 +22,7 @@ use sampler::{Sampler, fixed, mean};
 use sensor::{exposed, gamma_table};
 
 pub use scene::{Corner, Occlusion, Scene};
+pub(crate) use sensor::gamma_levels;
 
 /// Sides of the camera that the vehicle carries: 160×120 pixels.
 const WIDTH: u16 = 160;

@@ -20,6 +20,12 @@ pub(super) fn gamma_table(gamma: f64) -> Vec<f64> {
         .collect()
 }
 
+/// What every level becomes without noise.
+pub(crate) fn gamma_levels(gamma: f64) -> Vec<u8> {
+    let levels = gamma_table(gamma);
+    levels.iter().map(|level| (level + 0.5) as u8).collect() // truncates
+}
+
 /// Nearly normal with unit variance: the sum of four bytes. Reaches 3.45 standard deviations, which noise of a sensor
 /// hardly exceeds, and costs one random number.
 #[inline]

@@ -2,6 +2,7 @@
 //! picture.
 
 mod evaluate;
+mod segment;
 
 use std::{
     fs,
