@@ -195,11 +195,11 @@ fn catchments(
         .unwrap_or_else(|| pitch(f64::from(window_px) / space.side() as f64, &corners));
     let positions = columns as usize * rows as usize / (pitch_px * pitch_px) as usize;
     let verdicts = positions * tables.count();
-    // Farther apart, when there are too many.
-    let thin = (verdicts as f64 / MOST_VERDICTS as f64)
-        .sqrt()
-        .ceil()
-        .max(1.0) as u32;
+    // Farther apart, when there are too many, or more than an area needs.
+    let crowded = (verdicts as f64 / MOST_VERDICTS as f64).sqrt().ceil() as u32;
+    let thin = crowded
+        .max(window_px.div_ceil(PER_FOOTPRINT * pitch_px))
+        .max(1);
     let step_px = thin * pitch_px;
     let phase_of = |view: u32| {
         let (x, y) = grid.corner(view);
