@@ -12,14 +12,14 @@ use eigenmark::{
     learn::Settings,
     map::{Map, city},
     output::{Progress, create_dir, write_file},
-    report::{FlightReport, TrainingReport, training_report},
+    report::{AtlasReport, FlightReport, atlas_cell, atlas_report},
     simulate::{Flight, Waypoint, fly},
     train::train,
 };
 use eigenmark_core::landmark::Point;
 use serde_json::json;
 
-use super::print_json;
+use super::{print_json, train::space};
 
 /// Do the whole job on the built-in map: train, evaluate, write an atlas and a report, fly
 #[derive(Debug, Args)]
@@ -101,10 +101,15 @@ impl Cmd {
             map.crc(),
             atlas.crc()
         );
-        let page = training_report(&TrainingReport {
+        let summary = Summary::of(&atlas);
+        let space = space(&trained);
+        let cell = atlas_cell(&map, &summary, &space, &Progress::Stderr)?;
+        let page = atlas_report(&AtlasReport {
             map: &map,
             picture: Some(&city::draw().into()),
-            trained: &trained,
+            summary: &summary,
+            space: &space,
+            cell: cell.as_ref(),
             trials: &trials,
             flight: Some(FlightReport {
                 waypoints: &waypoints,
@@ -119,7 +124,6 @@ impl Cmd {
         let slight: Outcome = trials[0].1.iter().copied().sum();
         let moderate: Outcome = trials[1].1.iter().copied().sum();
         let flown = Flown::of(&waypoints);
-        let summary = Summary::of(&atlas);
         let mut out = io::stdout().lock();
         if self.json {
             let flight = json!({"frames": flown.frames, "known": flown.known, "median_error_px": flown.median_error_px});

@@ -90,6 +90,7 @@ impl Cmd {
         let explorer = Explorer {
             map,
             picture: Some(&picture.into()),
+            grid: &plan.settings.grid(map)?,
             plan: &plan,
             cells: &grid.cells,
             claims: &claims,

@@ -9,9 +9,10 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use eigenmark::{
     atlas::Summary,
-    learn::{Rows, Settings},
-    map::Map,
+    learn::{Rows, Settings, Space},
+    map::{Map, open_color},
     output::{Progress, check_directory, check_target, create_dir, write_file, write_npy},
+    report::{AtlasReport, atlas_cell, atlas_report},
     train::{Shard, Trained, fold_shard, train},
 };
 use serde_json::json;
@@ -38,6 +39,9 @@ pub struct Cmd {
     /// Also write views, eigenspace, distances and ranking as NumPy files into this directory
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
+    /// Also write what there is to see of it as a page: views, eigenspace, distances, landmarks and what they tolerate
+    #[arg(long, value_name = "HTML", conflicts_with = "shard")]
+    report: Option<PathBuf>,
     /// Print what was made as JSON
     #[arg(long)]
     json: bool,
@@ -53,6 +57,9 @@ impl Cmd {
         let selection = self.selection.selection(&self.settings)?;
         let settings = self.settings.settings(selection);
         check_target(&self.out)?;
+        if let Some(report) = &self.report {
+            check_target(report)?;
+        }
         let map = Map::open(&self.map)?;
         if let Some(shard) = self.shard {
             return self.fold(&map, &settings, shard);
@@ -63,6 +70,10 @@ impl Cmd {
         let with_profile = self.export.is_some();
         let trained = train(&map, &settings, with_profile, &Progress::Stderr)
             .with_context(|| self.map.clone())?;
+        if let Some(report) = &self.report {
+            let summary = Summary::of(&trained.atlas());
+            write_report(&self.map, &map, &summary, &space(&trained), "train", report)?;
+        }
         deliver(&trained, &self.out, self.export.as_deref(), self.json)
     }
 
@@ -88,6 +99,49 @@ impl Cmd {
         )?;
         Ok(())
     }
+}
+
+/// What a trained atlas was made in.
+pub fn space(trained: &Trained) -> Space {
+    let Settings { whiten, metric, .. } = trained.settings;
+    Space::new(
+        trained.candidates.clone(),
+        trained.model.clone(),
+        whiten,
+        metric,
+    )
+}
+
+/// Writes the page of an atlas, made by `command` from the map that was opened as `name`.
+pub fn write_report(
+    name: &str,
+    map: &Map,
+    summary: &Summary,
+    space: &Space,
+    command: &str,
+    path: &Path,
+) -> anyhow::Result<()> {
+    let cell =
+        atlas_cell(map, summary, space, &Progress::Stderr).with_context(|| name.to_owned())?;
+    let provenance = format!(
+        "eigenmark {} · eigenmark {command} --map {} · map CRC {:08x} · settings {}",
+        env!("CARGO_PKG_VERSION"),
+        map.title(),
+        map.crc(),
+        serde_json::to_string(&summary.settings)?
+    );
+    let page = atlas_report(&AtlasReport {
+        map,
+        picture: Some(&open_color(name)?.into()),
+        summary,
+        space,
+        cell: cell.as_ref(),
+        trials: &[],
+        flight: None,
+        provenance: &provenance,
+    });
+    write_file(path, |file| file.write_all(page.as_bytes()))?;
+    Ok(())
 }
 
 /// Writes the atlas, and what it was made from where that is asked for, and says what is in it.

@@ -92,9 +92,9 @@ impl Segmented {
         };
         let rows = effect.variants.iter().map(|found| Tolerates {
             name: match found.variant {
-                Variant::Plain => "the plain map, seen by a plain camera",
-                Variant::Segmented => "the segmented map, seen by a camera that segments",
-                Variant::SegmentedMapOnly => "the segmented map, seen by a plain camera",
+                Variant::Plain => "plain map and camera",
+                Variant::Segmented => "segmented map and camera",
+                Variant::SegmentedMapOnly => "segmented map under a plain camera",
             }
             .to_owned(),
             nearest: seven(&found.mean.nearest),

@@ -15,7 +15,8 @@ use crate::{
         Cell, Clusters, Joined, Means, Method, MethodTable, Plan, START_LISTS, Segmented,
         claims::Claim, round, seven,
     },
-    map::Map,
+    learn::blur_name,
+    map::{Grid, Map},
 };
 
 const FRAGMENT: &str = include_str!("explorer.html");
@@ -43,6 +44,8 @@ pub struct Explorer<'a> {
     pub map: &'a Map,
     /// The map as a person would like to see it, if there is more than its luminance.
     pub picture: Option<&'a DynamicImage>,
+    /// Where the candidates lie.
+    pub grid: &'a Grid,
     /// What the cells have in common.
     pub plan: &'a Plan,
     /// One or more.
@@ -70,23 +73,15 @@ impl Explorer<'_> {
         let Plan {
             settings, methods, ..
         } = self.plan;
-        let grid = settings.grid(self.map);
-        let views: Vec<[f32; 2]> = grid
-            .iter()
-            .flat_map(|grid| {
-                (1..=grid.count()).map(|view| {
-                    let place = grid.place(view);
-                    [place.x_px, place.y_px]
-                })
+        let views: Vec<[f32; 2]> = (1..=self.grid.count())
+            .map(|view| {
+                let place = self.grid.place(view);
+                [place.x_px, place.y_px]
             })
             .collect();
-        let lattices: Vec<u32> = grid
-            .iter()
-            .flat_map(|grid| {
-                grid.lattices()
-                    .iter()
-                    .map(|one| u32::from(one.columns) * u32::from(one.rows))
-            })
+        let lattices = self.grid.lattices().iter();
+        let lattices: Vec<u32> = lattices
+            .map(|one| u32::from(one.columns) * u32::from(one.rows))
             .collect();
         let names = |of: &dyn Fn(&Cell) -> Value| {
             let mut names: Vec<Value> = Vec::new();
@@ -134,7 +129,7 @@ impl Explorer<'_> {
     fn defaults(&self) -> Value {
         let settings = &self.plan.settings;
         let off = |cell: &&Cell| (cell.scale - settings.scale).abs();
-        let blur = crate::learn::blur_name(settings.blur);
+        let blur = blur_name(settings.blur);
         let of_blur = self.cells.iter().filter(|cell| cell.blur == blur);
         let nearest = of_blur
             .min_by(|a, b| off(a).total_cmp(&off(b)))

@@ -83,7 +83,7 @@ section{background:var(--card);border:1px solid var(--line);border-radius:.5rem;
 .row img{display:block;width:72px;height:72px;image-rendering:pixelated;border:1px solid var(--line)}
 .plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(17rem,1fr));gap:1rem}
 .plots svg{width:100%;height:auto}
-svg text{fill:var(--ink)}.axis{stroke:var(--dim);fill:none}.curve{stroke:var(--path);fill:none;stroke-width:2}
+svg text{fill:var(--ink)}
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
 th,td{text-align:right;padding:.3rem .6rem;border-bottom:1px solid var(--line)}

@@ -1,6 +1,5 @@
-//! How far landmarks can be trusted on every map: claims 4 to 6 of the report, what the combined score has to do with the
-//! separate measures, and what contrast normalization is worth. The measured tables are committed in
-//! `tests/reliability.md`; set `EIGENMARK_BLESS` to renew them.
+//! How far landmarks can be trusted on every map, what the combined score has to do with the separate measures, and what
+//! contrast normalization is worth. The measured tables are committed in `tests/reliability.md`; set `EIGENMARK_BLESS` to renew them.
 
 use std::fmt::Write;
 
@@ -10,13 +9,14 @@ use eigenmark::{
         evaluate,
         reliability::{End, Measure, Reliability, Steps},
     },
-    learn::{Candidates, Model, PixelBasis, Settings},
+    experiment::claims::rank_correlation,
+    learn::{Candidates, Model, PixelBasis, Settings, first_columns},
     map::{Integral, Map},
     output::Progress,
     select::{Selection, select},
     train::{learn, train},
 };
-use eigenmark_core::{atlas::Blur, eigenspace::Normalize};
+use eigenmark_core::eigenspace::Normalize;
 use eigenmark_tests::{
     maps::{self, TestMap},
     record::compare_or_bless,
@@ -24,9 +24,6 @@ use eigenmark_tests::{
 
 /// Numbers of dimensions from 2 to 35, as in (3.2).
 const DIMENSIONS: [usize; 11] = [2, 3, 5, 7, 10, 12, 15, 18, 20, 25, 35];
-
-/// Those that blurs and scales are compared in.
-const COMPARED: [usize; 5] = [2, 5, 10, 15, 25];
 
 /// The dimensions in which landmarks are selected, as in figure 3.8.
 const SELECTED_IN: usize = 15;
@@ -96,11 +93,6 @@ fn sites(candidates: &Candidates, landmarks: &[u32]) -> Vec<Site> {
     landmarks.iter().map(site).collect()
 }
 
-fn first_columns(rows: &[f64], width: usize, count: usize) -> Vec<f64> {
-    let rows = rows.chunks_exact(width);
-    rows.flat_map(|row| &row[..count]).copied().collect()
-}
-
 fn settings(map: &TestMap) -> Settings {
     Settings {
         view_size_px: map.view_size_px,
@@ -158,42 +150,11 @@ impl Inside {
                 .collect::<Vec<f64>>(),
         )
     }
-
-    /// A range of tolerance: of gamma in octaves, of altitude in percent, of orientation in degrees.
-    fn range(&self, table: &EvaluatedTable, by: usize, measure: usize) -> f64 {
-        let [low, high] = [0, 1].map(|side| self.limit(table, by, measure, side));
-        match Measure::REPORT[measure] {
-            Measure::Gamma => (high / low).log2(),
-            Measure::Altitude => 100.0 * (high - low),
-            _ => high - low,
-        }
-    }
 }
 
 /// The mean catchment of all landmarks, as far as the map goes, in percent of the map.
 fn catchment(table: &EvaluatedTable, by: usize) -> f64 {
     100.0 * table.mean.by(Criterion::ALL[by]).catchment_share
-}
-
-/// The slope of the least-squares line and Pearson's correlation.
-fn line(points: &[(f64, f64)]) -> (f64, f64) {
-    let n = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    let sum = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>();
-    let (xx, yy) = (sum(&|p| (p.0 - x).powi(2)), sum(&|p| (p.1 - y).powi(2)));
-    let xy = sum(&|p| (p.0 - x) * (p.1 - y));
-    (xy / xx, if yy > 0.0 { xy / (xx * yy).sqrt() } else { 0.0 })
-}
-
-fn mean_where(curve: &[f64], holds: impl Fn(usize) -> bool) -> f64 {
-    let chosen: Vec<f64> = DIMENSIONS
-        .iter()
-        .zip(curve)
-        .filter(|(k, _)| holds(**k))
-        .map(|(_, &value)| value)
-        .collect();
-    mean(&chosen)
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -206,55 +167,17 @@ struct Measured {
     inside: Inside,
     /// In all [`DIMENSIONS`], at scale 10 with gauss1.
     all: Vec<EvaluatedTable>,
-    /// In those that are [`COMPARED`], without blur to gauss3 at scale 10.
-    blurs: [Vec<EvaluatedTable>; 4],
-    /// In the same, at scales 5, 10 and 20 with gauss1.
-    scales: [Vec<EvaluatedTable>; 3],
 }
 
 impl Measured {
     fn new(map: &TestMap) -> Self {
         let opened = map.open();
-        let landmarks = Learned::new(&opened, settings(map)).landmarks;
-        let tables = |blur: Blur, scale: f64, dimensions: &[usize]| {
-            let settings = Settings {
-                blur,
-                scale,
-                ..settings(map)
-            };
-            let learned = Learned {
-                landmarks: landmarks.clone(),
-                ..Learned::new(&opened, settings)
-            };
-            learned.evaluate(&opened, dimensions, &report_plan(0))
-        };
-        let compared = |blur, scale| tables(blur, scale, &COMPARED);
-        let all = tables(Blur::Gauss1, 10.0, &DIMENSIONS);
-        let is_compared = |(k, _): &(&usize, &EvaluatedTable)| COMPARED.contains(k);
-        let some: Vec<EvaluatedTable> = DIMENSIONS
-            .iter()
-            .zip(&all)
-            .filter(is_compared)
-            .map(|(_, table)| table.clone())
-            .collect();
-        let blurs = [
-            compared(Blur::None, 10.0),
-            some.clone(),
-            compared(Blur::Gauss2, 10.0),
-            compared(Blur::Gauss3, 10.0),
-        ];
-        let scales = [
-            compared(Blur::Gauss1, 5.0),
-            some,
-            compared(Blur::Gauss1, 20.0),
-        ];
-        let others = blurs.iter().chain(&scales).flatten();
+        let learned = Learned::new(&opened, settings(map));
+        let all = learned.evaluate(&opened, &DIMENSIONS, &report_plan(0));
         Self {
             name: map.name,
-            inside: Inside::of(&all.iter().chain(others).collect::<Vec<_>>()),
+            inside: Inside::of(&all.iter().collect::<Vec<_>>()),
             all,
-            blurs,
-            scales,
         }
     }
 
@@ -288,156 +211,6 @@ impl Measured {
             let _ = write!(out, "| {} ", self.all[0].landmarks.len());
         }
         let _ = writeln!(out, "|");
-    }
-
-    /// Claims 4 to 6 by a criterion.
-    fn claims(&self, out: &mut String, by: usize) {
-        let inside = &self.inside;
-        let mut claim = |name: &str, values: &[f64], unit: &str, digits: usize, holds: bool| {
-            let verdict = match (values.iter().any(|value| value.is_nan()), holds) {
-                (true, _) => "no landmark is inside",
-                (false, true) => "holds",
-                (false, false) => "does not hold",
-            };
-            let values: Vec<String> = values
-                .iter()
-                .map(|value| format!("{value:.digits$}"))
-                .collect();
-            let _ = writeln!(
-                out,
-                "| {} | {} | {name} | {} | {unit} | {verdict} |",
-                self.name,
-                ["nearest", "guaranteed"][by],
-                values.join(" | "),
-            );
-        };
-        for (measure, name, unit) in [(0, "orientation", "°"), (1, "altitude", "%")] {
-            let curve: Vec<f64> = self
-                .all
-                .iter()
-                .map(|table| inside.range(table, by, measure))
-                .collect();
-            let low = mean_where(&curve, |k| k < 7);
-            let middle = mean_where(&curve, |k| (10..=15).contains(&k));
-            let high = mean_where(&curve, |k| k > 15);
-            let name_of = |what: &str| format!("4: {name}: {what}");
-            claim(
-                &name_of("more at k = 10 to 15 than below 7 (below, there)"),
-                &[low, middle],
-                unit,
-                1,
-                middle > low,
-            );
-            claim(
-                &name_of("not more above 15, by a tenth at most (10 to 15, above)"),
-                &[middle, high],
-                unit,
-                1,
-                high <= 1.1 * middle,
-            );
-        }
-        let at_15 = &self.all[DIMENSIONS
-            .iter()
-            .position(|&k| k == SELECTED_IN)
-            .expect("one of them")];
-        let limits = |measure| [0, 1].map(|side| inside.limit(at_15, by, measure, side));
-        let ([left, right], [low, high]) = (limits(0), limits(1));
-        claim(
-            "4: orientation: about ±25 at k = 15, within a third (from, to)",
-            &[left, right],
-            "°",
-            1,
-            [-left, right]
-                .iter()
-                .all(|limit| (16.7..=33.3).contains(limit)),
-        );
-        claim(
-            "4: altitude: about 0.825 to 1.35 at k = 15, within a third of the way from 1 (from, to)",
-            &[low, high],
-            "×",
-            3,
-            (0.767..=0.883).contains(&low) && (1.233..=1.467).contains(&high),
-        );
-
-        let curve: Vec<f64> = self.all.iter().map(|table| catchment(table, by)).collect();
-        let (below, above) = (
-            mean_where(&curve, |k| k < 10),
-            mean_where(&curve, |k| k >= 10),
-        );
-        claim(
-            "5: catchments: larger for k < 10 (below, from there on)",
-            &[below, above],
-            "% of the map",
-            4,
-            below > above,
-        );
-        let steady = curve
-            .iter()
-            .zip(DIMENSIONS)
-            .filter(|(_, k)| *k >= 10)
-            .map(|(area, _)| *area);
-        let (least, most) = steady.fold((f64::MAX, 0.0_f64), |(least, most), area| {
-            (least.min(area), most.max(area))
-        });
-        claim(
-            "5: catchments: level from k = 10 on, the largest twice the smallest at most (smallest, largest)",
-            &[least, most],
-            "% of the map",
-            4,
-            most <= 2.0 * least,
-        );
-        let ends = |settings: &[Vec<EvaluatedTable>],
-                    value: &dyn Fn(&EvaluatedTable) -> f64|
-         -> Vec<f64> {
-            let of = |tables: &Vec<EvaluatedTable>| {
-                mean(&tables.iter().map(value).collect::<Vec<f64>>())
-            };
-            settings.iter().map(of).collect()
-        };
-        let catchment = |table: &EvaluatedTable| catchment(table, by);
-        let grows = |values: &[f64]| values.windows(2).all(|pair| pair[1] > pair[0]);
-        for (name, settings) in [
-            (
-                "5: catchments: grow with smoothing at every step (none, gauss3)",
-                &self.blurs[..],
-            ),
-            (
-                "5: catchments: grow with down-scaling at every step (1/5, 1/20)",
-                &self.scales[..],
-            ),
-        ] {
-            let values = ends(settings, &catchment);
-            let [first, .., last] = values[..] else {
-                unreachable!("three at least")
-            };
-            claim(name, &[first, last], "% of the map", 4, grows(&values));
-        }
-
-        let gamma = |table: &EvaluatedTable| inside.range(table, by, 2);
-        let points: Vec<(f64, f64)> = DIMENSIONS
-            .iter()
-            .zip(&self.all)
-            .map(|(&k, table)| (k as f64, gamma(table)))
-            .collect();
-        let (slope, correlation) = line(&points);
-        claim(
-            "6: gamma: grows linearly with k, r of 0.8 at least (octaves per ten dimensions, r)",
-            &[10.0 * slope, correlation],
-            "",
-            2,
-            slope > 0.0 && correlation >= 0.8,
-        );
-        let values = ends(&self.blurs, &gamma);
-        let [first, .., last] = values[..] else {
-            unreachable!("four")
-        };
-        claim(
-            "6: gamma: less smoothing tolerates more (none, gauss3)",
-            &[first, last],
-            "octaves",
-            2,
-            values.windows(2).all(|pair| pair[1] <= pair[0]) && last < first,
-        );
     }
 }
 
@@ -518,8 +291,8 @@ fn scores(map: &TestMap, table: &EvaluatedTable, out: &mut String) {
             }
         };
         let rho = |value: &dyn Fn(&Reliability) -> f64| {
-            let pairs = ranks(&scores).into_iter().zip(ranks(&values(value)));
-            line(&pairs.collect::<Vec<_>>()).1
+            let pairs = scores.iter().copied().zip(values(value));
+            rank_correlation(&pairs.collect::<Vec<_>>())
         };
         let _ = writeln!(
             out,
@@ -538,16 +311,6 @@ fn scores(map: &TestMap, table: &EvaluatedTable, out: &mut String) {
             rho(&|one| one.catchment_px as f64),
         );
     }
-}
-
-/// Ranks from 1; equal values share the mean of theirs.
-fn ranks(values: &[f64]) -> Vec<f64> {
-    let rank = |value: &f64| {
-        let below = values.iter().filter(|other| *other < value).count();
-        let equal = values.iter().filter(|other| *other == value).count();
-        below as f64 + (equal as f64 + 1.0) / 2.0
-    };
-    values.iter().map(rank).collect()
 }
 
 /// How the core with the atlas differs from f64.
@@ -623,11 +386,6 @@ fn tolerances_hold_and_their_tables_are_up_to_date() {
     for one in &measured {
         one.table(&mut out);
     }
-    out += CLAIMS;
-    for one in &measured {
-        one.claims(&mut out, 1);
-        one.claims(&mut out, 0);
-    }
     let of_all_views: Vec<[EvaluatedTable; 2]> = maps.iter().map(of_all_views).collect();
     out += SCORES;
     for (map, [_, f64]) in maps.iter().zip(&of_all_views) {
@@ -655,16 +413,6 @@ Gamma is tried in steps of 0.1 up to 10, and their reciprocals: the report's 0.5
 
 | map | k | nearest: orientation, ° from | to | altitude from | to | gamma from | to | catchment, % | guaranteed: orientation, ° from | to | altitude from | to | gamma from | to | catchment, % |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |
-";
-
-const CLAIMS: &str = "
-## Claims 4 to 6
-
-Ranges are from the lower to the upper limit, gamma in octaves; of blurs and scales, means over k = 2, 5, 10, 15 and 25,
-always of the same landmarks.
-
-| map | criterion | claim | | | | |
-| --- | --- | --- | --- | --- | --- | --- |
 ";
 
 const SCORES: &str = "

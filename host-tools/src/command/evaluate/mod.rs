@@ -8,14 +8,14 @@ use std::{io, path::PathBuf};
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum, value_parser};
 use eigenmark::{
-    atlas::AtlasBuffer,
+    atlas::{AtlasBuffer, Summary},
     evaluate::{
         Deviation, EvaluatedTable, Everywhere, Exact, Journal, JudgeDifference, Onboard, Plan,
         Score, Site, evaluate,
         reliability::{Measure, Steps},
     },
     map::{Integral, Map},
-    output::{Progress, check_directory},
+    output::{Progress, check_directory, check_target},
     train::Relearned,
 };
 use eigenmark_core::{
@@ -29,7 +29,7 @@ use self::{
     localize::{Ground, Named},
     print::{print, print_difference, print_distinctness},
 };
-use super::{Unmet, choices::DeviationChoice, print_json};
+use super::{Unmet, choices::DeviationChoice, print_json, train::write_report};
 
 /// Say how far every landmark can be trusted: orientation, altitude, brightness, position, and more
 #[derive(Debug, Args)]
@@ -68,6 +68,9 @@ pub struct Cmd {
     /// Write the matrices of these views instead: numbers of candidates, or picture files that show one footprint
     #[arg(long, value_name = "VIEW|FILE", requires = "localization", num_args = 1..)]
     of: Vec<String>,
+    /// Also write it as a page, with views, eigenspace, distances and localization matrices
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
     /// Write finished landmarks here, and go on from what is there already
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
@@ -110,6 +113,9 @@ impl Cmd {
         if let Some(directory) = &self.localization {
             check_directory(directory)?;
         }
+        if let Some(report) = &self.report {
+            check_target(report)?;
+        }
         let buffer = AtlasBuffer::read(&self.atlas)?;
         let atlas = buffer.atlas();
         let map = Map::open(&self.map)?;
@@ -120,6 +126,10 @@ impl Cmd {
             .with_context(|| format!("{} for {}", self.map, self.atlas.display()))?;
         let integral = Integral::new(map.luminance());
         drop(step);
+        if let Some(report) = &self.report {
+            let (summary, space) = (Summary::of(&atlas), &relearned.space);
+            write_report(&self.map, &map, &summary, space, "evaluate", report)?;
+        }
         let (onboard, exact) = (Onboard::new(&atlas), exact(&relearned));
         let footprint_px = atlas.header().footprint_px as u32;
         let ground = Ground {

@@ -15,6 +15,8 @@ mod variance;
 
 use serde::{Deserialize, Serialize};
 
+pub use statistics::rank_correlation;
+
 use super::{Cell, Grid};
 use eigenmark_core::atlas::Blur;
 

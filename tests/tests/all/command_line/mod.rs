@@ -2,6 +2,7 @@
 //! picture.
 
 mod evaluate;
+mod experiment;
 mod segment;
 
 use std::{

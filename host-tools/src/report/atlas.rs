@@ -1,33 +1,38 @@
-//! What training made, on one page: the map with its landmarks, the eigenspace, the profile, how the core judges
-//! deviated views, and a flight.
+//! One atlas on one page: what is in it, its landmarks, how the core judges deviated views, a flight, and everything that a
+//! grid of experiments says of one cell.
 
 use std::fmt::Write;
 
-use eigenmark_core::landmark::Point;
+use eigenmark_core::{atlas::Blur, landmark::Point};
 use image::{DynamicImage, GrayImage};
 
-use super::{
-    Page, map_picture,
-    page::escape,
-    plot::{Axes, line_plot},
-};
+use super::{Explorer, Page, map_picture, page::escape};
 use crate::{
-    atlas::Summary, evaluate::Outcome, learn::Model, map::Map, output::png_uri, simulate::Waypoint,
-    train::Trained,
+    atlas::Summary,
+    evaluate::Outcome,
+    experiment::{Cell, ExperimentError, Plan, REPORT_BLURS, of_landmarks},
+    learn::{Space, blur_name},
+    map::Map,
+    output::{Progress, png_uri},
+    simulate::Waypoint,
 };
 
-/// Eigenimages that are shown.
-const EIGENIMAGES: usize = 15;
+/// Candidates of which every pair is drawn, at most.
+const MOST_CANDIDATES: usize = 500;
 
 /// What the page is about.
 #[derive(Clone, Copy, Debug)]
-pub struct TrainingReport<'a> {
+pub struct AtlasReport<'a> {
     /// The map that was trained on.
     pub map: &'a Map,
     /// The map as a person would like to see it, if there is more than its luminance.
     pub picture: Option<&'a DynamicImage>,
-    /// What training made.
-    pub trained: &'a Trained,
+    /// What is in the atlas.
+    pub summary: &'a Summary,
+    /// What its landmarks were selected in.
+    pub space: &'a Space,
+    /// What was measured, if it was.
+    pub cell: Option<&'a (Plan, Cell)>,
     /// Names of deviations, and their outcomes per landmark.
     pub trials: &'a [(&'a str, Vec<Outcome>)],
     /// A flight, if there was one.
@@ -45,30 +50,63 @@ pub struct FlightReport<'a> {
     pub description: &'a str,
 }
 
+/// What a grid would say of an atlas; `None` when it has too many candidates.
+///
+/// # Errors
+/// When nothing can be measured.
+pub fn atlas_cell(
+    map: &Map,
+    summary: &Summary,
+    space: &Space,
+    progress: &Progress,
+) -> Result<Option<(Plan, Cell)>, ExperimentError> {
+    if space.count() > MOST_CANDIDATES {
+        return Ok(None);
+    }
+    let landmarks: Vec<u32> = summary.table.iter().map(|landmark| landmark.view).collect();
+    let is_named = |&blur: &Blur| blur_name(blur) == summary.settings.blur;
+    let blur = REPORT_BLURS
+        .into_iter()
+        .find(is_named)
+        .unwrap_or(Blur::None);
+    let name = (f64::from(summary.settings.scale), blur);
+    of_landmarks(map, space, name, &landmarks, progress).map(Some)
+}
+
 /// The page.
 #[must_use]
-pub fn training_report(report: &TrainingReport<'_>) -> String {
-    let summary = Summary::of(&report.trained.atlas());
+pub fn atlas_report(report: &AtlasReport<'_>) -> String {
     let mut page = Page::new(
-        &format!("Eigenmark: {}", report.map.name()),
+        &format!("Eigenmark: {}", report.map.title()),
         "An aerial map became an atlas: views cut from the map, an eigenspace learned from them, landmarks selected, \
          everything quantized for a microcontroller, and judged by the code that runs there.",
     );
-    page.section("Landmarks on the map", landmarks_on_map(report));
-    page.section("Atlas", atlas_table(&summary));
-    page.section("Eigenspace", eigenspace(report.trained));
-    page.section("Landmarks", landmark_table(report, &summary));
+    page.section("Atlas", atlas_table(report.summary));
+    page.section("Landmarks", landmark_table(report));
     if !report.trials.is_empty() {
         page.section("How the core judges deviated views", trials(report.trials));
     }
     if let Some(flight) = report.flight {
         page.section("A short flight", flight_map(report, flight));
     }
+    match report.cell {
+        Some((plan, cell)) => Explorer {
+            map: report.map,
+            picture: report.picture,
+            grid: report.space.candidates.grid(),
+            plan,
+            cells: std::slice::from_ref(cell),
+            claims: &[],
+            segmentation: None,
+        }
+        .add_to(&mut page),
+        None => page.section("Landmarks on the map", landmarks_on_map(report)),
+    }
     page.finish(report.provenance)
 }
 
 /// The map with an SVG drawing in map pixels over it.
-fn map_with(report: &TrainingReport<'_>, drawing: &str) -> String {
+fn map_with(report: &AtlasReport<'_>, drawing: &str) -> String {
     let (width, height) = (report.map.width(), report.map.height());
     format!(
         "<div class=\"map\"><img alt=\"the map\" src=\"{}\">\
@@ -77,12 +115,12 @@ fn map_with(report: &TrainingReport<'_>, drawing: &str) -> String {
     )
 }
 
-fn landmarks_on_map(report: &TrainingReport<'_>) -> String {
-    let grid = report.trained.candidates.grid();
+fn landmarks_on_map(report: &AtlasReport<'_>) -> String {
+    let grid = report.space.candidates.grid();
     let (half, side) = (grid.window_px() as f32 / 2.0, grid.window_px());
     let mut drawing = String::new();
-    for (&view, rank) in report.trained.selected.landmarks.iter().zip(1..) {
-        let Point { x_px, y_px } = grid.place(view);
+    for (landmark, rank) in report.summary.table.iter().zip(1..) {
+        let Point { x_px, y_px } = grid.place(landmark.view);
         // Writing to a string does not fail.
         let _ = write!(
             drawing,
@@ -95,8 +133,9 @@ fn landmarks_on_map(report: &TrainingReport<'_>) -> String {
         );
     }
     let caption = format!(
-        "<p>{} of {} views, numbered by rank. Frames overlap where views do.</p>",
-        report.trained.selected.landmarks.len(),
+        "<p>{} of {} views, numbered by rank. Frames overlap where views do. Pairs of views are not drawn: there are too \
+         many.</p>",
+        report.summary.table.len(),
         grid.count()
     );
     map_with(report, &drawing) + &caption
@@ -149,74 +188,11 @@ fn atlas_table(summary: &Summary) -> String {
     format!("<div class=\"scroll\"><table>{rows}</table></div>")
 }
 
-fn eigenspace(trained: &Trained) -> String {
-    let model = &trained.model;
-    let total = model.total_variance;
-    let mut covered = 0.0;
-    let variance: Vec<(f64, f64)> = model
-        .eigenvalues
-        .iter()
-        .zip(1..)
-        .map(|(value, k)| {
-            covered += value;
-            (f64::from(k), 100.0 * covered / total)
-        })
-        .collect();
-    let axes = Axes {
-        title: "Covered variance",
-        x: "dimensions",
-        y: "percent",
-    };
-    let mut plots = line_plot(axes, &variance, (0.0, 100.0));
-    if let Some(profiled) = &trained.selected.profiled {
-        let sorted: Vec<(f64, f64)> = profiled
-            .ranking
-            .iter()
-            .zip(1..)
-            .map(|(&view, rank)| (f64::from(rank), profiled.values[view as usize - 1]))
-            .collect();
-        let (high, low) = (sorted[0].1, sorted[sorted.len() - 1].1);
-        let margin = 0.05 * (high - low).max(1e-9);
-        let axes = Axes {
-            title: "Distance profile, sorted",
-            x: "rank",
-            y: "mean dissimilarity",
-        };
-        plots += &line_plot(axes, &sorted, (low - margin, high + margin));
-    }
-    let images: String = (0..model.dimensions.min(EIGENIMAGES))
-        .map(|r| {
-            let uri = png_uri(&eigenimage(model, r));
-            format!(
-                "<figure><img alt=\"eigenimage {0}\" src=\"{uri}\">{0}</figure>",
-                r + 1
-            )
-        })
-        .collect();
-    format!(
-        "<div class=\"plots\">{plots}</div><p>The first eigenimages:</p><div class=\"row\">{images}</div>"
-    )
-}
-
-/// A basis row as a picture: zero is gray.
-fn eigenimage(model: &Model, r: usize) -> GrayImage {
-    let row = &model.basis[r * model.pixels..(r + 1) * model.pixels];
-    let largest = row
-        .iter()
-        .fold(f64::MIN_POSITIVE, |largest, x| largest.max(x.abs()));
-    let side = model.pixels.isqrt() as u32;
-    let pixels = row
-        .iter()
-        .map(|x| (127.5 * (1.0 + x / largest)).round() as u8)
-        .collect();
-    GrayImage::from_raw(side, side, pixels).unwrap_or_default()
-}
-
-fn landmark_table(report: &TrainingReport<'_>, summary: &Summary) -> String {
+fn landmark_table(report: &AtlasReport<'_>) -> String {
     let mut rows = String::new();
-    for landmark in &summary.table {
-        let pixels = report.trained.candidates.reduced(landmark.view);
-        let side = u32::from(summary.view_side);
+    for landmark in &report.summary.table {
+        let pixels = report.space.candidates.reduced(landmark.view);
+        let side = u32::from(report.summary.view_side);
         let picture = GrayImage::from_raw(side, side, pixels).unwrap_or_default();
         let [x, y] = landmark.place;
         // Writing to a string does not fail.
@@ -258,7 +234,7 @@ fn trials(trials: &[(&str, Vec<Outcome>)]) -> String {
     )
 }
 
-fn flight_map(report: &TrainingReport<'_>, flight: FlightReport<'_>) -> String {
+fn flight_map(report: &AtlasReport<'_>, flight: FlightReport<'_>) -> String {
     let mut drawing = String::new();
     let path: Vec<String> = flight
         .waypoints
