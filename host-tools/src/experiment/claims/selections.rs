@@ -18,8 +18,8 @@ pub fn none_is_better(grid: &Grid) -> Claim {
     for (by, criterion) in [(1, "guaranteed"), (0, "nearest")] {
         for (index, name) in NAMES.into_iter().enumerate() {
             let what = format!(
-                "{name}, {criterion}: IPCA from the best by profile tolerates more than profile in a quarter to three \
-                 quarters of all settings with k > 5"
+                "{name}, {criterion}: IPCA from the best by profile tolerates more than profile in 25 to 75 % of settings with \
+                 k > 5"
             );
             let (mut won, mut of) = (0, 0);
             for cell in &grid.cells {

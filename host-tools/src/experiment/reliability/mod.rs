@@ -82,17 +82,21 @@ pub fn measure(
         })
         .collect();
     let map_px = u64::from(map.width()) * u64::from(map.height());
+    let listed: Vec<&Table> = spaces
+        .iter()
+        .flat_map(|(_, tables)| tables.iter())
+        .collect();
+    let catchments = together.catchments(map, &listed);
+    bar.inc(all.len() as u64);
     let mut first = 0;
     let mut found = Vec::with_capacity(all.len());
     for (tables, (_, of_space)) in all.iter().zip(spaces) {
-        let catchments = catchments(map, tables, of_space);
-        bar.inc(1);
         let of_table = |(index, table): (usize, &Table)| {
             let of_landmark = |&view: &u32| {
                 [0, 1].map(|by| {
                     let limits = Measure::REPORT.into_iter().zip(&limits[&view]);
                     let limits = limits.map(|(m, limits)| (m, limits[first + index][by]));
-                    Reliability::new(limits, catchments[&(index, view, by)], map_px)
+                    Reliability::new(limits, catchments[&(first + index, view, by)], map_px)
                 })
             };
             table.landmarks.iter().map(of_landmark).collect()
@@ -169,105 +173,100 @@ impl Panel for Together<'_> {
     }
 }
 
-/// The catchments of the tables of a space: by table, candidate and criterion.
-fn catchments(
-    map: &Map,
-    tables: &Tables<'_>,
-    of_space: &[Table],
-) -> BTreeMap<(usize, u32, usize), Catchment> {
-    let space = tables.space();
-    let grid = space.candidates.grid();
-    let window_px = grid.window_px();
-    let dense = Dense::new(
-        map.luminance(),
-        window_px,
-        space.side(),
-        space.basis.weights(),
-    );
-    let (columns, rows) = dense.positions();
-    let corners: Vec<(u32, u32)> = tables
-        .members()
-        .iter()
-        .map(|&view| grid.corner(view))
-        .collect();
-    let pitch_px = dense
-        .whole_ratio()
-        .unwrap_or_else(|| pitch(f64::from(window_px) / space.side() as f64, &corners));
-    let positions = columns as usize * rows as usize / (pitch_px * pitch_px) as usize;
-    let verdicts = positions * tables.count();
-    // Farther apart, when there are too many, or more than an area needs.
-    let crowded = (verdicts as f64 / MOST_VERDICTS as f64).sqrt().ceil() as u32;
-    let thin = crowded
-        .max(window_px.div_ceil(PER_FOOTPRINT * pitch_px))
-        .max(1);
-    let step_px = thin * pitch_px;
-    let phase_of = |view: u32| {
-        let (x, y) = grid.corner(view);
-        (x % step_px, y % step_px)
-    };
-    let phases: BTreeSet<(u32, u32)> = tables
-        .members()
-        .iter()
-        .map(|&view| phase_of(view))
-        .collect();
-    let mut found = BTreeMap::new();
-    for phase in phases {
-        let asked: Vec<(usize, u32)> = of_space
+impl Together<'_> {
+    /// Catchments by table, candidate and criterion; `listed` are the tables of all spaces.
+    fn catchments(&self, map: &Map, listed: &[&Table]) -> BTreeMap<(usize, u32, usize), Catchment> {
+        let space = self.0[0].space();
+        let grid = space.candidates.grid();
+        let window_px = grid.window_px();
+        // Windows are reduced once for all spaces.
+        let weights: Vec<&[f64]> = self
+            .0
             .iter()
-            .enumerate()
-            .flat_map(|(index, table)| table.landmarks.iter().map(move |&view| (index, view)))
-            .filter(|(_, view)| phase_of(*view) == phase)
+            .map(|one| one.space().basis.weights())
             .collect();
-        let mut involved: Vec<usize> = asked.iter().map(|(index, _)| *index).collect();
-        involved.dedup();
-        let lattice = Lattice {
-            phase,
-            step_px,
-            pitch_px,
-            columns: (columns - phase.0).div_ceil(step_px),
-            rows: (rows - phase.1).div_ceil(step_px),
-        };
-        let said = lattice.ask(&dense, tables, &involved);
-        let of_phase: Vec<((usize, u32, usize), Catchment)> = asked
-            .into_par_iter()
-            .flat_map_iter(|(index, view)| {
+        let weights = weights.concat();
+        let dense = Dense::new(map.luminance(), window_px, space.side(), &weights);
+        let (columns, rows) = dense.positions();
+        let views: BTreeSet<u32> = listed
+            .iter()
+            .flat_map(|table| table.landmarks.clone())
+            .collect();
+        let corners: Vec<(u32, u32)> = views.iter().map(|&view| grid.corner(view)).collect();
+        let most = (MOST_VERDICTS / listed.len().max(1)) as f64;
+        let (pitch_px, step_px) = steps(&dense, (window_px, space.side()), &corners, most);
+        let phase_of = |(x, y): (u32, u32)| (x % step_px, y % step_px);
+        let phases: BTreeSet<(u32, u32)> = corners.iter().copied().map(phase_of).collect();
+        let mut found = BTreeMap::new();
+        for phase in phases {
+            let asked: Vec<(usize, u32)> = listed
+                .iter()
+                .enumerate()
+                .flat_map(|(index, table)| table.landmarks.iter().map(move |&view| (index, view)))
+                .filter(|(_, view)| phase_of(grid.corner(*view)) == phase)
+                .collect();
+            let mut involved: Vec<usize> = asked.iter().map(|(index, _)| *index).collect();
+            involved.dedup();
+            let lattice = Lattice {
+                phase,
+                step_px,
+                pitch_px,
+                columns: (columns - phase.0).div_ceil(step_px),
+                rows: (rows - phase.1).div_ceil(step_px),
+            };
+            let said = lattice.ask(&dense, self.0, &involved);
+            let of_one = |(index, view): (usize, u32)| {
                 let slot = involved.binary_search(&index).expect("involved");
                 let (x, y) = grid.corner(view);
                 let start = [(x, phase.0), (y, phase.1)].map(|(at, phase)| (at - phase) / step_px);
-                let (said, lattice, stride) = (&said, &lattice, involved.len());
                 [0, 1].map(|by| {
                     let counted = spiral((lattice.columns, lattice.rows), start.into(), |x, y| {
                         let at = y as usize * lattice.columns as usize + x as usize;
-                        let said = said[at * stride + slot].load(Ordering::Relaxed);
+                        let said = said[at * involved.len() + slot].load(Ordering::Relaxed);
                         Criterion::ALL[by].holds(unpacked(said), view - 1)
                     });
                     let area_px = counted.area_px * u64::from(step_px) * u64::from(step_px);
                     ((index, view, by), Catchment { area_px, ..counted })
                 })
-            })
-            .collect();
-        found.extend(of_phase);
+            };
+            let of_phase: Vec<_> = asked.into_par_iter().flat_map_iter(of_one).collect();
+            found.extend(of_phase);
+        }
+        found
     }
-    found
 }
 
-/// The distance between positions for view pixels of `ratio` map pixels, when that is not whole: about as large, and so that
-/// as few positions as possible are shared by no two of the `corners` that positions are counted around.
-fn pitch(ratio: f64, corners: &[(u32, u32)]) -> u32 {
+/// What positions are computed at, and what they are counted at, a multiple of that: about a view pixel apart, a hundredth of
+/// the footprint at least, and so that the landmarks at `corners` share as many as can be. At most `most` are kept at once.
+fn steps(
+    dense: &Dense<'_>,
+    (window_px, side): (u32, usize),
+    corners: &[(u32, u32)],
+    most: f64,
+) -> (u32, u32) {
+    let (columns, rows) = dense.positions();
+    let ratio = f64::from(window_px) / side as f64;
+    let pitch_px = dense.whole_ratio().unwrap_or(1);
+    let wanted = match dense.whole_ratio() {
+        Some(block_px) => block_px..=window_px.div_ceil(PER_FOOTPRINT).next_multiple_of(block_px),
+        None => ((0.6 * ratio).ceil() as u32).max(1)..=((1.3 * ratio) as u32).max(1),
+    };
     let positions = |step_px: u32| {
         let phases: BTreeSet<(u32, u32)> = corners
             .iter()
             .map(|(x, y)| (x % step_px, y % step_px))
             .collect();
-        phases.len() as f64 / f64::from(step_px * step_px)
+        phases.len() as f64 / f64::from(step_px).powi(2)
     };
-    let least = ((0.6 * ratio).ceil() as u32).max(1);
-    let steps = least..=((1.3 * ratio) as u32).max(least);
-    // The largest of those that are as good.
-    steps
-        .rev()
+    let kept = |step_px: u32| f64::from(columns) * f64::from(rows) / f64::from(step_px).powi(2);
+    // The finest of those that are as few.
+    let step_px = wanted
+        .filter(|step_px| step_px.is_multiple_of(pitch_px))
         .min_by(|&one, &other| positions(one).total_cmp(&positions(other)))
-        .unwrap_or(least)
+        .unwrap_or(pitch_px);
+    let crowded = (kept(step_px) / most).sqrt().ceil().max(1.0) as u32;
+    let pitch_px = dense.whole_ratio().unwrap_or(step_px);
+    (pitch_px, step_px * crowded)
 }
 
 /// Positions that are as far apart as view pixels.
@@ -281,16 +280,15 @@ struct Lattice {
 }
 
 impl Lattice {
-    /// What some tables say of every position: by position, by table.
-    fn ask(&self, dense: &Dense<'_>, tables: &Tables<'_>, involved: &[usize]) -> Vec<AtomicU16> {
+    /// What some tables of all spaces say of every position: by position, by table.
+    fn ask(&self, dense: &Dense<'_>, all: &[Tables<'_>], involved: &[usize]) -> Vec<AtomicU16> {
         let len = self.columns as usize * self.rows as usize * involved.len();
         let mut said = Vec::new();
         said.resize_with(len, || AtomicU16::new(NOTHING));
-        let basis = &tables.space().basis;
         let first = (self.phase.0 % self.pitch_px, self.phase.1 % self.pitch_px);
         dense.project_lattice(first, self.pitch_px, |part| {
-            let mut coordinates = vec![0.0; basis.dimensions()];
-            let mut scratch = tables.scratch();
+            let mut dots = vec![0.0; dense.rows()];
+            let mut scratches: Vec<_> = all.iter().map(Tables::scratch).collect();
             for (index, &sums) in part.sums().iter().enumerate() {
                 let (x, y) = part.corner(index);
                 let [column, row] = [(x, self.phase.0), (y, self.phase.1)].map(|(at, phase)| {
@@ -300,16 +298,27 @@ impl Lattice {
                 let (Some(column), Some(row)) = (column, row) else {
                     continue;
                 };
-                part.dots(index, &mut coordinates);
-                if !basis.finish(sums, &mut coordinates) {
-                    continue;
-                }
-                tables.look(&coordinates, &mut scratch);
+                part.dots(index, &mut dots);
                 let at = (row as usize * self.columns as usize + column as usize) * involved.len();
-                for (slot, &table) in said[at..].iter().zip(involved) {
-                    let verdict = tables.verdict(table, &coordinates, &mut scratch);
-                    // Every position is visited once.
-                    slot.store(packed(verdict), Ordering::Relaxed);
+                let mut slots = said[at..].iter().zip(involved).peekable();
+                let (mut rest, mut first) = (dots.as_mut_slice(), 0);
+                for (tables, scratch) in all.iter().zip(&mut scratches) {
+                    let basis = &tables.space().basis;
+                    let coordinates;
+                    (coordinates, rest) = rest.split_at_mut(basis.dimensions());
+                    let end = first + tables.count();
+                    let has_contrast = basis.finish(sums, coordinates);
+                    if has_contrast {
+                        tables.look(coordinates, scratch);
+                    }
+                    while let Some((slot, &table)) = slots.next_if(|(_, table)| **table < end) {
+                        if has_contrast {
+                            let verdict = tables.verdict(table - first, coordinates, scratch);
+                            // Every position is visited once.
+                            slot.store(packed(verdict), Ordering::Relaxed);
+                        }
+                    }
+                    first = end;
                 }
             }
         });

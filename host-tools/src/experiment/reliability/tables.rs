@@ -10,12 +10,17 @@
 
 use std::collections::BTreeMap;
 
+use eigenmark_core::landmark::Metric;
+
 use crate::{
     atlas::radii,
     evaluate::{Verdict, nearest_of},
     learn::Space,
     select::{dissimilarity, nearness},
 };
+
+/// Far more than rounding makes of an nSSD.
+const ROUNDING: f64 = 1e-6;
 
 /// Some candidates as landmarks, in some dimensions.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -181,22 +186,52 @@ impl<'a> Tables<'a> {
             nearnesses,
             distances,
         } = scratch;
-        let near = members.iter().map(|member| nearnesses[row + member]);
-        let nearest = nearest_of(near, squared_norms[*step], |index| {
-            let member = members[index];
+        let mut distance = |member: usize| {
             let distance = &mut distances[row + member];
             if distance.is_nan() {
                 let other = &self.space.point(self.members[member])[..k];
                 *distance = dissimilarity(self.space.metric, &coordinates[..k], other);
             }
             *distance
-        });
+        };
+        let near = members.iter().map(|member| nearnesses[row + member]);
+        // Of most views one landmark is the nearest by far, and farther away than its radius by far.
+        if let (Metric::Nssd, Some((index, near))) =
+            (self.space.metric, clearly_nearest(near.clone()))
+        {
+            let (member, radius) = (members[index], f64::from(radii[index]));
+            let about = 0.5 - near;
+            let is_guaranteed = if (about - radius).abs() > ROUNDING {
+                about < radius
+            } else {
+                distance(member) < radius
+            };
+            return Verdict {
+                landmark: self.members[member] - 1,
+                is_strict: true,
+                is_guaranteed,
+            };
+        }
+        let nearest = nearest_of(near, squared_norms[*step], |index| distance(members[index]));
         Verdict {
             landmark: self.members[members[nearest.index]] - 1,
             is_strict: nearest.is_strict,
             is_guaranteed: nearest.distance < f64::from(radii[nearest.index]),
         }
     }
+}
+
+/// The index and value of the greatest nearness in nSSD, which is between −½ and ½, when no other comes close.
+fn clearly_nearest(nearnesses: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
+    let (mut best, mut greatest, mut second) = (0, f64::NEG_INFINITY, f64::NEG_INFINITY);
+    for (index, near) in nearnesses.enumerate() {
+        if near > greatest {
+            (best, second, greatest) = (index, greatest, near);
+        } else if near > second {
+            second = near;
+        }
+    }
+    (greatest - second > ROUNDING).then_some((best, greatest))
 }
 
 fn squared(a: &[f64]) -> f64 {

@@ -13,7 +13,7 @@ function drawClaims() {
 }
 
 function claimRows({ claim, statement, holds, parts, plots }) {
-  const numbers = html("ul", {}, ...parts.map((part) => html("li", {}, html("b", {}, part.what), ` ${part.numbers} `, verdict(part.holds))));
+  const numbers = html("ul", {}, ...parts.map((part) => html("li", {}, `${part.what}: `, html("b", {}, part.numbers), " ", verdict(part.holds))));
   const row = html("tr", {}, html("th", { scope: "row" }, `${claim}. ${statement}`), html("td", {}, verdict(holds)), html("td", {}, numbers));
   if (!plots.length) return html("tbody", {}, row);
   const details = html("details", { id: `claim-${claim}` }, html("summary", {}, `${plots.length === 1 ? "Plot" : `${plots.length} plots`} of claim ${claim}`));
@@ -24,7 +24,7 @@ function claimRows({ claim, statement, holds, parts, plots }) {
 
 function claimPlot({ title, x, y, curves }) {
   const looks = curves.map((curve, i) => ({ ...curve, ...look(i, curves.length) }));
-  return html("figure", {}, ...linePlot({ title, x: { label: x, unit: `(${x})` }, y: { label: y }, curves: looks }), legend(looks));
+  return html("figure", {}, html("figcaption", {}, title), ...linePlot({ title, heading: "", x: { label: x, unit: `(${x})` }, y: { label: y }, curves: looks }), legend(looks));
 }
 
 function drawSegmented() {

@@ -1,13 +1,14 @@
 // Line plots: axes with round ticks, curves, bands between pairs of curves, and the nearest point in words.
 
-const plotBox = { width: 420, height: 270, left: 58, right: 12, top: 30, bottom: 44 };
+const plotBox = { width: 420, height: 270, left: 66, right: 12, top: 30, bottom: 44 };
 
-// curves: [{name, color, dash, strong, points: [[x, y], …], upper: [[x, y], …] or none}]; at: x of an upright line.
-function linePlot({ title, x, y, curves, at = null }) {
+// curves: [{name, color, dash, strong, points: [[x, y], …], upper: [[x, y], …] or none}]; at: x of an upright line. A
+// title that is too long for the plot stands elsewhere: its heading is then empty.
+function linePlot({ title, heading = title, x, y, curves, at = null }) {
   const axes = { x: axis(x, curves, 0, plotBox.left, plotBox.width - plotBox.right), y: axis(y, curves, 1, plotBox.height - plotBox.bottom, plotBox.top) };
   const label = `${title}: ${y.label} against ${x.label}; ${curves.map(({ name }) => name).join(", ")}`;
   const plot = svg("svg", { class: "plot", viewBox: `0 0 ${plotBox.width} ${plotBox.height}`, role: "img", "aria-label": label },
-    svg("text", { class: "title", x: plotBox.left, y: 17 }, title),
+    svg("text", { class: "title", x: plotBox.left, y: 17 }, heading),
     ...gridLines(axes), ...axisLabels(x, y));
   if (at !== null && at >= axes.x.from && at <= axes.x.to) {
     plot.append(svg("line", { class: "at", x1: axes.x.place(at), x2: axes.x.place(at), y1: plotBox.top, y2: plotBox.height - plotBox.bottom }));
