@@ -9,8 +9,8 @@ use anyhow::{Context, ensure};
 use clap::{Args, value_parser};
 use eigenmark::{
     experiment::{
-        Asked, Grid, Plan, REPORT_BLURS, REPORT_SCALES, SEED, Segmented, claims, claims::Claim,
-        run, write_tables,
+        Asked, Grid, Plan, REPORT_BLURS, REPORT_SCALES, SEED, claims, claims::Claim, run,
+        segmentation::Segmented, write_csv_files,
     },
     learn::Settings,
     map::{MAX_COLORS, Map, open_color},
@@ -80,11 +80,20 @@ impl Cmd {
         let segmented = (self.colors > 0)
             .then(|| {
                 let kept = (cells.as_path(), provenance.as_str());
-                Segmented::measure(map, &picture, &plan, self.colors, kept, &progress)
+                Segmented::measure(
+                    map,
+                    &picture,
+                    &plan,
+                    self.colors,
+                    kept,
+                    self.fresh,
+                    &progress,
+                )
             })
             .transpose()
             .with_context(|| self.map.clone())?;
         let claims = claims::judge(&grid);
+        let provenance = format!("{provenance} · {} cells", grid.cells.len());
 
         let step = progress.step("writing the report");
         let explorer = Explorer {
@@ -99,7 +108,7 @@ impl Cmd {
         let page = experiment_report(&explorer, &provenance);
         let path = self.out.join("report.html");
         write_file(&path, |file| file.write_all(page.as_bytes()))?;
-        write_tables(&self.out, &grid, &claims, segmented.as_ref(), &provenance)?;
+        write_csv_files(&self.out, &grid, &claims, segmented.as_ref(), &provenance)?;
         self.write_claims(&claims, &provenance)?;
         self.write_json(&grid, &claims, segmented.as_ref(), &provenance)?;
         drop(step);

@@ -70,11 +70,12 @@ impl Cmd {
         let with_profile = self.export.is_some();
         let trained = train(&map, &settings, with_profile, &Progress::Stderr)
             .with_context(|| self.map.clone())?;
+        deliver(&trained, &self.out, self.export.as_deref(), self.json)?;
         if let Some(report) = &self.report {
             let summary = Summary::of(&trained.atlas());
             write_report(&self.map, &map, &summary, &space(&trained), "train", report)?;
         }
-        deliver(&trained, &self.out, self.export.as_deref(), self.json)
+        Ok(())
     }
 
     /// Writes a part instead of an atlas.

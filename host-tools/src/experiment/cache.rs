@@ -73,7 +73,8 @@ impl<'a> Cache<'a> {
     /// A cell that was kept, if it is still what the plan asks for.
     pub fn cell(&self, settings: &Settings) -> Option<Cell> {
         let cell: Cell = self.read(&name(settings), &self.key(settings))?;
-        cell.is_sound().then_some(cell)
+        let n = settings.grid(self.map).ok()?.count() as usize;
+        cell.is_sound(self.plan, settings, n).then_some(cell)
     }
 
     /// Keeps a cell.
@@ -91,7 +92,7 @@ impl<'a> Cache<'a> {
         let (head, found) = text.split_once('\n')?;
         let head: Head = serde_json::from_str(head).ok()?;
         let found = found.trim_end();
-        if head.key != key || head.crc != crc(found) {
+        if head.key != key || head.crc != crc(found.as_bytes()) {
             return None;
         }
         serde_json::from_str(found).ok()
@@ -110,7 +111,7 @@ impl<'a> Cache<'a> {
         let head = line(serde_json::to_string(&Head {
             provenance: self.provenance.to_owned(),
             key: key.to_owned(),
-            crc: crc(&text),
+            crc: crc(text.as_bytes()),
         }))?;
         write_file(&path, |file| writeln!(file, "{head}\n{text}"))
     }
@@ -149,6 +150,6 @@ fn name(settings: &Settings) -> String {
     format!("{}-{}", settings.scale, blur_name(settings.blur))
 }
 
-fn crc(text: &str) -> u32 {
-    Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(text.as_bytes())
+pub(super) fn crc(bytes: &[u8]) -> u32 {
+    Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(bytes)
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Clusters, ExperimentError, Plan,
+    Clusters, ExperimentError, LearnError, Plan,
     clusters::{self, Grouping},
     localization::{Localized, localize},
     methods::{Method, START_LISTS, Selector},
@@ -78,23 +78,26 @@ pub struct MethodTable {
 }
 
 impl Cell {
-    /// Whether its lengths agree: a file may say anything.
+    /// Whether it can be the cell of a plan for `n` candidates: a file may say anything.
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_sound(&self, plan: &Plan, settings: &Settings, n: usize) -> bool {
         let (Some(&k), count) = (self.dims.last(), self.dims.len()) else {
             return false;
         };
-        let n = self.profiles.first().map_or(0, Vec::len);
         let is_view = |view: &u32| (1..=n as u32).contains(view);
         let is_table = |table: &MethodTable| {
-            !table.landmarks.is_empty()
+            table.landmarks.len() == plan.landmarks as usize
                 && table.landmarks.iter().all(is_view)
                 && table.tolerated.len() == table.landmarks.len()
                 && table.tolerated.iter().flatten().all(|one| {
                     one.limits.keys().eq(&Measure::REPORT) && one.ends.keys().eq(&Measure::REPORT)
                 })
         };
-        k > 0
+        self.dims[0] > 0
+            && self.scale == settings.scale
+            && self.blur == blur_name(settings.blur)
+            && self.clusters.is_some() == plan.is_clustered
+            && (plan.methods.iter()).all(|method| self.tables.contains_key(method.name()))
             && self.dims.is_sorted_by(|a, b| a < b)
             && self.variance.len() >= k
             && self.coordinates.len() == n * k
@@ -159,7 +162,7 @@ pub(super) fn compute(
             bar.inc(1);
             space
         })
-        .collect::<Result<Vec<Space>, ExperimentError>>()?;
+        .collect::<Result<Vec<Space>, LearnError>>()?;
     let names: Vec<Name> = cells
         .iter()
         .map(|settings| (settings.scale, settings.blur))
@@ -171,7 +174,7 @@ pub(super) fn compute(
 pub(super) type Name = (f64, Blur);
 
 /// The candidates that the settings ask for, of any side, in up to `most` dimensions.
-pub(super) fn learn(map: &Map, settings: &Settings, most: usize) -> Result<Space, ExperimentError> {
+pub(super) fn learn(map: &Map, settings: &Settings, most: usize) -> Result<Space, LearnError> {
     let preprocess = Preprocess::new(
         settings.view_side() as usize,
         settings.normalize,

@@ -104,14 +104,13 @@ impl Clusters {
 
     /// Whether its lengths are those of `views` candidates in so many numbers of dimensions.
     pub(super) fn is_sound(&self, views: usize, dimensions: usize) -> bool {
-        let is_tree = |merges: &Vec<Joined>| {
-            merges.len() + 1 == views
-                && merges
-                    .iter()
-                    .zip(views..)
-                    .all(|((a, b, _), made)| (a.max(b) + 1) as usize <= made)
+        let is_tree =
+            |merges: &Vec<Joined>| merges.len() + 1 == views && is_merged_once(merges, views);
+        let is_cut = |(count, cut): (&usize, &Cut)| {
+            cut.of.len() == views
+                && cut.silhouettes.len() == views
+                && cut.of.iter().all(|&cluster| (cluster as usize) < *count)
         };
-        let is_cut = |cut: &Cut| cut.of.len() == views && cut.silhouettes.len() == views;
         self.dendrograms
             .values()
             .all(|trees| trees.len() == dimensions && trees.iter().all(is_tree))
@@ -124,8 +123,19 @@ impl Clusters {
             && self
                 .k_means
                 .iter()
-                .all(|means| means.curve.len() == views && means.cuts.values().all(is_cut))
+                .all(|means| means.curve.len() == views && means.cuts.iter().all(is_cut))
     }
+}
+
+/// Whether every cluster is there when it is merged, and is merged once.
+fn is_merged_once(merges: &[Joined], views: usize) -> bool {
+    let mut merged = vec![false; views + merges.len()];
+    merges.iter().zip(views..).all(|(&(a, b, _), made)| {
+        [a, b].into_iter().all(|cluster| {
+            let cluster = cluster as usize;
+            cluster < made && !std::mem::replace(&mut merged[cluster], true)
+        })
+    })
 }
 
 /// One landmark from each of `count` groups; `None` when there are fewer groups.

@@ -181,14 +181,15 @@ fn local_minima(matrix: &LocalizationMatrix) -> usize {
 
 /// The matrix as it lies on the map: the color of a position is at the center of its window.
 fn picture(map: &Map, matrix: &LocalizationMatrix, window_px: u32) -> GrayImage {
-    let scale = f64::from(PICTURE_PX) / f64::from(map.width());
+    let widest = f64::from(PICTURE_PX) / f64::from(map.width());
+    let scale = widest.min(2.0 * f64::from(PICTURE_PX) / f64::from(map.height()));
     let scaled = |px: u32| (f64::from(px) * scale).round().max(1.0) as u32;
     let small = matrix.picture();
     let first = matrix.corner(0);
     let last = matrix.corner(matrix.values().len() - 1);
     let [columns, rows] = [0, 1].map(|axis| scaled(last[axis] - first[axis] + 1));
     let small = imageops::resize(&small, columns, rows, FilterType::Triangle);
-    let mut whole = GrayImage::from_pixel(PICTURE_PX, scaled(map.height()), Luma([255]));
+    let mut whole = GrayImage::from_pixel(scaled(map.width()), scaled(map.height()), Luma([255]));
     let [left, top] = first.map(|at| i64::from(scaled(at + window_px / 2)));
     imageops::overlay(&mut whole, &small, left, top);
     whole

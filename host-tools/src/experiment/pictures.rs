@@ -75,7 +75,10 @@ impl Recovered {
     #[must_use]
     pub fn of(space: &Space) -> Self {
         let (k, m) = (space.dimensions(), space.model.pixels);
-        let views = RECOVERED_VIEWS.map(|view| view.min(space.count() as u32));
+        let mut views = RECOVERED_VIEWS
+            .map(|view| view.min(space.count() as u32))
+            .to_vec();
+        views.dedup();
         let mut dims = vec![0];
         dims.extend(RECOVERED_DIMENSIONS.into_iter().filter(|&some| some < k));
         dims.push(k);
@@ -102,7 +105,7 @@ impl Recovered {
         Self {
             uri,
             tile_px,
-            views: views.to_vec(),
+            views,
             dims,
         }
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use eigenmark_core::atlas::Blur;
 
-use super::{Cell, ExperimentError, Plan, cache::Cache, cell};
+use super::{Cell, ExperimentError, LearnError, Plan, cache::Cache, cell};
 use crate::{
     learn::{Settings, blur_name},
     map::Map,
@@ -31,6 +31,9 @@ pub struct Grid {
     pub computed: usize,
 }
 
+/// A cell's settings, and the cell if it is known.
+type Known = (Settings, Option<Cell>);
+
 /// Computes the cells that are asked for, a scale at a time, and keeps each in a file in `directory`. Other cells of the
 /// report's grid that are known from before are in the result, too. An interrupted run loses one scale at most.
 ///
@@ -52,7 +55,7 @@ pub fn run(
     let mut scales = [&asked.scales[..], &super::REPORT_SCALES].concat();
     scales.sort_by(f64::total_cmp);
     scales.dedup();
-    let mut of_scales: Vec<(f64, Vec<(Settings, Option<Cell>)>)> = Vec::new();
+    let mut of_scales: Vec<(f64, Vec<Known>)> = Vec::new();
     for scale in scales {
         let of_blur = |blur| {
             let settings = Settings {
@@ -66,11 +69,9 @@ pub fn run(
         };
         of_scales.push((scale, super::REPORT_BLURS.map(of_blur).to_vec()));
     }
-    let is_missing =
-        |(settings, cell): &(Settings, Option<Cell>)| cell.is_none() && is_asked(settings);
-    let missing =
-        |cells: &[(Settings, Option<Cell>)]| cells.iter().filter(|one| is_missing(one)).count();
-    let candidates = plan.settings.grid(map)?.count();
+    let is_missing = |(settings, cell): &Known| cell.is_none() && is_asked(settings);
+    let missing = |cells: &[Known]| cells.iter().filter(|one| is_missing(one)).count();
+    let candidates = plan.settings.grid(map).map_err(LearnError::Grid)?.count();
     let parts = of_scales.iter().map(|(_, cells)| match missing(cells) {
         0 => 0,
         count => cell::parts(count, candidates),

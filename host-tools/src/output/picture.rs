@@ -3,10 +3,21 @@
 use std::io::Cursor;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use image::{DynamicImage, GrayImage, ImageFormat, codecs::jpeg::JpegEncoder};
+use image::{
+    DynamicImage, GrayImage, ImageFormat, codecs::jpeg::JpegEncoder, imageops::FilterType,
+};
 
 /// Quality of JPEG pictures, of 100.
 const QUALITY: u8 = 82;
+
+/// A picture that is at most `width_px` wide and twice as high, as it is when it is smaller.
+#[must_use]
+pub fn fitted(picture: &DynamicImage, width_px: u32) -> DynamicImage {
+    if picture.width() <= width_px && picture.height() <= 2 * width_px {
+        return picture.clone();
+    }
+    picture.resize(width_px, 2 * width_px, FilterType::Triangle)
+}
 
 /// A small picture, exactly.
 ///

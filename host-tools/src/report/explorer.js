@@ -75,6 +75,8 @@ function leaveOut() {
     clusters: !hasClusters(),
     localization: !data.cells.some(({ localization }) => localization.length),
     claims: !data.claims.length,
+    distances: data.has_distances === false,
+    profiles: data.has_distances === false,
     segmentation: !data.segmentation,
     "start-lists": !data.starts.length,
     "fig-variance-scales": data.scales.length < 2,

@@ -6,14 +6,15 @@
 use std::collections::BTreeMap;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
+use eigenmark_core::landmark::Metric;
 use image::DynamicImage;
 use serde_json::{Value, json};
 
 use super::{Page, map_picture};
 use crate::{
     experiment::{
-        Cell, Clusters, Joined, Means, Method, MethodTable, Plan, START_LISTS, Segmented,
-        claims::Claim, round, seven,
+        Cell, Clusters, Joined, Means, Method, MethodTable, Plan, START_LISTS, claims::Claim,
+        round, segmentation::Segmented, seven,
     },
     learn::blur_name,
     map::{Grid, Map},
@@ -118,6 +119,8 @@ impl Explorer<'_> {
             "starts": starts.map(|start| {
                 json!({"id": start.name, "views": start.views, "about": start.about})
             }).collect::<Vec<_>>(),
+            // The page computes distances itself, in nSSD.
+            "has_distances": settings.metric == Metric::Nssd,
             "defaults": self.defaults(),
             "cells": self.cells.iter().map(cell).collect::<Vec<_>>(),
             "claims": self.claims,

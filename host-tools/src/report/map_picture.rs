@@ -1,8 +1,11 @@
 //! The map in a page.
 
-use image::{DynamicImage, imageops::FilterType};
+use image::DynamicImage;
 
-use crate::{map::Map, output::jpeg_uri};
+use crate::{
+    map::Map,
+    output::{fitted, jpeg_uri},
+};
 
 /// Its width at most, in pixels.
 const WIDTH_PX: u32 = 1000;
@@ -18,11 +21,5 @@ pub fn map_picture(map: &Map, picture: Option<&DynamicImage>) -> String {
             &luminance
         }
     };
-    let (width, height) = (map.width(), map.height());
-    let shown = picture.resize(
-        WIDTH_PX,
-        WIDTH_PX * height / width.max(1) + 1,
-        FilterType::Triangle,
-    );
-    jpeg_uri(&shown)
+    jpeg_uri(&fitted(picture, WIDTH_PX))
 }

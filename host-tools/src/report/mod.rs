@@ -9,5 +9,5 @@ mod page;
 pub use atlas::{AtlasReport, FlightReport, atlas_cell, atlas_report};
 pub use experiment::experiment_report;
 pub use explorer::Explorer;
-pub use map_picture::map_picture;
+use map_picture::map_picture;
 pub use page::Page;

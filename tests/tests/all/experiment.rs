@@ -146,7 +146,7 @@ fn cells_say_of_every_table_what_its_own_evaluation_says() {
     let map = map();
     let plan = plan(&map);
     let directory = tempfile::tempdir().expect("a directory");
-    // Views of 10×10 pixels, a whole ratio; and of 7×7, where positions are 5 or 8 pixels apart.
+    // Views of 10×10 pixels, a whole ratio; and of 7×7, where 5 map pixels are the step that landmarks share best.
     for (scale, step) in [(5.0, 5), (7.0, 5)] {
         let asked = asked(&[scale], &[Blur::Gauss1, Blur::Gauss3]);
         let grid = computed(&map, &plan, &asked, directory.path());

@@ -49,28 +49,35 @@ fn cophenetic(grid: &Grid) -> Claim {
                 ),
                 OFTEN.contains(&median(&values)),
             )
+            .decided_by(&[median(&values)])
         })
         .collect();
     let best = BEST.map(|linkage| median(&all("euclid", linkage)));
     let complete = median(&all("euclid", "complete"));
-    parts.push(Part::new(
-        "each of the three is better than complete linkage (median)",
-        format!(
-            "complete {complete:.3}, the least of the three {:.3}",
-            best.iter().copied().fold(f64::MAX, f64::min)
-        ),
-        best.iter().all(|value| *value > complete),
-    ));
+    parts.push(
+        Part::new(
+            "each of the three is better than complete linkage (median)",
+            format!(
+                "complete {complete:.3}, the least of the three {:.3}",
+                best.iter().copied().fold(f64::MAX, f64::min)
+            ),
+            best.iter().all(|value| *value > complete),
+        )
+        .decided_by(&best),
+    );
     let medians =
         ["euclid", "ssd", "nssd"].map(|dissimilarity| median(&all(dissimilarity, "average")));
-    parts.push(Part::new(
-        "average linkage: Euclidean distance is better than SSD and nSSD (median)",
-        format!(
-            "{:.3} against {:.3} and {:.3}",
-            medians[0], medians[1], medians[2]
-        ),
-        medians[0] > medians[1] && medians[0] > medians[2],
-    ));
+    parts.push(
+        Part::new(
+            "average linkage: Euclidean distance is better than SSD and nSSD (median)",
+            format!(
+                "{:.3} against {:.3} and {:.3}",
+                medians[0], medians[1], medians[2]
+            ),
+            medians[0] > medians[1] && medians[0] > medians[2],
+        )
+        .decided_by(&medians),
+    );
     let plot = figure(grid)
         .and_then(|cell| Some((cell, cell.clusters.as_ref()?)))
         .map(|(cell, clusters)| {

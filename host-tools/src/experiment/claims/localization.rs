@@ -76,7 +76,7 @@ pub fn minima(grid: &Grid) -> Claim {
         parts,
         vec![
             plot(
-                "Local minima, k = 18, mean over eight landmarks",
+                "Local minima, k = 18, mean over the fixed landmarks",
                 "local minima",
                 curves(|one| Some(one.mean_minima)),
             ),

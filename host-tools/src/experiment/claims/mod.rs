@@ -1,8 +1,8 @@
 //! The report's claims, checked on a grid of cells: what holds on this map, with the numbers.
 //!
 //! The claims are those that the corrections of the report list. Each is split into parts that a number decides; the
-//! thresholds stand in the parts' words. A claim holds when all of its parts do; it is open while cells are missing that it
-//! needs. "Grows with" over more than four values means that Spearman's rank correlation is at least 0.8; over fewer, that
+//! thresholds stand in the parts' words, and counts are of the cells that are computed. A claim holds when all of its parts do;
+//! it is open while cells are missing without which nothing can be said. "Grows with" over more than four values means that Spearman's rank correlation is at least 0.8; over fewer, that
 //! every step goes up. Reliability is judged by both criteria: `guaranteed` is the report's (2.39), reconstructed.
 
 mod clusters;
@@ -161,6 +161,14 @@ impl Part {
             numbers: numbers.into(),
             holds: Some(holds),
         }
+    }
+
+    /// The same, open when one of the numbers that decide is none: of means over nothing.
+    fn decided_by(self, numbers: &[f64]) -> Self {
+        if numbers.iter().all(|number| number.is_finite()) {
+            return self;
+        }
+        Self::open(self.what, "too few views or dimensions")
     }
 
     /// What cannot be decided, and why.

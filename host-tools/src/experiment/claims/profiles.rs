@@ -128,7 +128,8 @@ pub fn rankings_form_groups(grid: &Grid) -> Claim {
             ),
             format!("{within:.2} within, {without:.2} with the next"),
             within > without,
-        ));
+        )
+        .decided_by(&[within, without]));
     }
     let neighbors = |cell: &Cell, above: bool| {
         let agreement = agreements(cell);
@@ -136,11 +137,14 @@ pub fn rankings_form_groups(grid: &Grid) -> Claim {
         mean(&pairs.map(|i| agreement[i - 1][i]).collect::<Vec<f64>>())
     };
     let (below, above) = (neighbors(cell, false), neighbors(cell, true));
-    parts.push(Part::new(
-        "neighboring dimensions agree more from 5 on than below",
-        format!("τ {below:.2} below, {above:.2} from 5 on"),
-        above > below,
-    ));
+    parts.push(
+        Part::new(
+            "neighboring dimensions agree more from 5 on than below",
+            format!("τ {below:.2} below, {above:.2} from 5 on"),
+            above > below,
+        )
+        .decided_by(&[below, above]),
+    );
     let blurred: Vec<(usize, f64)> = REPORT_BLURS
         .into_iter()
         .enumerate()

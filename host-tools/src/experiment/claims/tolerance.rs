@@ -1,6 +1,6 @@
 //! Claims 4 to 6: what landmarks tolerate, over dimensions, blurs and scales (report 3.5, figure 3.8).
 //!
-//! The landmarks are the same eight everywhere, [`Method::Fixed`], so that settings are compared and not selections; means are
+//! The landmarks are the same everywhere, [`Method::Fixed`], so that settings are compared and not selections; means are
 //! over those of them whose limit ends at the map's edge in no setting that is compared.
 
 use super::{
@@ -75,10 +75,9 @@ impl<'a> Seen<'a> {
             .map(|&k| Some((k, cell.table(Method::Fixed, k)?)))
             .collect::<Option<_>>()?;
         let compared = |cell: &'a Cell| -> Option<Vec<&'a MethodTable>> {
-            COMPARED
-                .iter()
-                .map(|&k| cell.table(Method::Fixed, k))
-                .collect()
+            // Few views, or few pixels, span fewer dimensions.
+            let spanned = COMPARED.iter().filter(|k| Some(*k) <= cell.dims.last());
+            spanned.map(|&k| cell.table(Method::Fixed, k)).collect()
         };
         let of_blur = |blur| {
             let cell = grid.cell(FIGURE_SCALE, blur)?;
@@ -138,18 +137,20 @@ impl<'a> Seen<'a> {
                     at(&|k| k > 15.0),
                 );
                 let named = |what: &str| format!("{name}, {}: {what}", CRITERIA[by]);
-                parts.push(self.part(
+                let more = self.part(
                     named("more at k = 10 to 15 than below 7"),
                     format!("{low:.1}{unit} below, {middle:.1}{unit} there"),
                     middle > low,
                     (by, measure),
-                ));
-                parts.push(self.part(
+                );
+                let not_more = self.part(
                     named("not more above 15, by a tenth at most"),
                     format!("{middle:.1}{unit} at 10 to 15, {high:.1}{unit} above"),
                     high <= 1.1 * middle,
                     (by, measure),
-                ));
+                );
+                parts.push(more.decided_by(&[low, middle]));
+                parts.push(not_more.decided_by(&[middle, high]));
             }
             plots.push(self.plot(measure, name));
         }
@@ -197,22 +198,28 @@ impl<'a> Seen<'a> {
             let values =
                 |points: &[(f64, f64)]| points.iter().map(|(_, y)| *y).collect::<Vec<f64>>();
             let (below, above) = (values(&below), values(&above));
-            parts.push(Part::new(
-                named("larger for k < 10"),
-                format!(
-                    "{:.3} % of the map below, {:.3} % from there on",
-                    mean(&below),
-                    mean(&above)
-                ),
-                mean(&below) > mean(&above),
-            ));
-            let least = above.iter().copied().fold(f64::MAX, f64::min);
+            parts.push(
+                Part::new(
+                    named("larger for k < 10"),
+                    format!(
+                        "{:.3} % of the map below, {:.3} % from there on",
+                        mean(&below),
+                        mean(&above)
+                    ),
+                    mean(&below) > mean(&above),
+                )
+                .decided_by(&[mean(&below), mean(&above)]),
+            );
+            let least = above.iter().copied().fold(f64::INFINITY, f64::min);
             let most = above.iter().copied().fold(0.0, f64::max);
-            parts.push(Part::new(
-                named("level from k = 10 on: the largest is twice the smallest at most"),
-                format!("{least:.3} to {most:.3} %"),
-                most <= 2.0 * least,
-            ));
+            parts.push(
+                Part::new(
+                    named("level from k = 10 on: the largest is twice the smallest at most"),
+                    format!("{least:.3} to {most:.3} %"),
+                    most <= 2.0 * least,
+                )
+                .decided_by(&[least]),
+            );
             let of_tables = |tables: &[&MethodTable]| {
                 mean(
                     &tables
@@ -271,7 +278,7 @@ impl<'a> Seen<'a> {
         });
         let plots = vec![
             Plot::new(
-                "Catchments of the same eight landmarks, scale 1/10, gauss1",
+                "Catchments of the same landmarks, scale 1/10, gauss1",
                 "dimensions k",
                 "catchment, % of the map",
                 curves.to_vec(),

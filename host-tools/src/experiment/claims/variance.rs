@@ -64,7 +64,10 @@ fn pairs<'a>(
 ) -> Option<(usize, usize)> {
     let (mut grew, mut of) = (0, 0);
     for (one, other) in cells {
-        let (one, other) = (covered(one?), covered(other?));
+        let (Some(one), Some(other)) = (one, other) else {
+            continue;
+        };
+        let (one, other) = (covered(one), covered(other));
         // All of the variance is covered in both by as many dimensions as one of them has.
         let common = one.iter().zip(&other).take(one.len().min(other.len()) - 1);
         for ((_, less), (_, more)) in common {

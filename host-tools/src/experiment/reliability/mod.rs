@@ -236,8 +236,8 @@ impl Together<'_> {
     }
 }
 
-/// What positions are computed at, and what they are counted at, a multiple of that: about a view pixel apart, a hundredth of
-/// the footprint at least, and so that the landmarks at `corners` share as many as can be. At most `most` are kept at once.
+/// What positions are computed at, and what they are counted at, a multiple of that: about a view pixel apart, for whole ratios
+/// up to a hundredth of the footprint, and so that the landmarks at `corners` share as many as can be. At most `most` are kept at once.
 fn steps(
     dense: &Dense<'_>,
     (window_px, side): (u32, usize),
@@ -329,8 +329,8 @@ impl Lattice {
 /// There is nothing to go by.
 const NOTHING: u16 = u16::MAX;
 
-/// The most candidates that are compared: a verdict names 16383, and matrices of all pairs are drawn.
-pub const MOST_CANDIDATES: u32 = 4096;
+/// The most candidates that are compared: every pair is drawn, and k-means tries every number of clusters.
+pub const MOST_CANDIDATES: u32 = 500;
 
 fn packed(verdict: Verdict) -> u16 {
     (verdict.landmark as u16) << 2

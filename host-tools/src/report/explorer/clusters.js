@@ -38,7 +38,7 @@ function drawDendrogram(cell) {
   const label = `Dendrogram, ${state.linkage} linkage, cut into ${state.clusters} clusters`;
   const drawing = svg("svg", { class: "dendrogram", viewBox: `0 0 ${width} ${box.top + box.height + 26}`, role: "img", "aria-label": label },
     ...heightAxis(top, y, box.left, width), ...branches, cutLine(merges, y, box.left, width), ...leaves);
-  return [html("p", { class: "facts" }, `CCC ${linkage.ccc.toFixed(3)} with ${state.linkage} linkage in ${chosenDims()} dimensions`), drawing];
+  return [html("p", { class: "facts" }, `CCC ${linkage.ccc?.toFixed(3) ?? "undefined"} with ${state.linkage} linkage in ${chosenDims()} dimensions`), drawing];
 }
 
 function heightAxis(top, y, left, right) {

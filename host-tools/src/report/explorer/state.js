@@ -88,7 +88,7 @@ function isOffered(key, value) {
     by: ["linkage", "k-means"],
     linkage: linkageNames,
   }[key];
-  if (key === "clusters") return value >= 1 && value <= data.views.length;
+  if (key === "clusters") return Number.isInteger(value) && value >= 1 && value <= data.views.length;
   return !offered || offered.includes(value);
 }
 

@@ -70,6 +70,7 @@ fn the_same_input_gives_the_same_bytes_and_known_cells_are_kept() {
         "clusters.csv",
         "dissimilarities.csv",
         "localization.csv",
+        "profiles.csv",
         "reliability.csv",
         "segmentation.csv",
         "selections.csv",

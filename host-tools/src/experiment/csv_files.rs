@@ -3,18 +3,20 @@
 use std::{io, path::Path};
 
 use super::{
-    Grid, SEVEN, Segmented,
+    Grid, SEVEN,
     claims::{Claim, verdict},
-    round, seven,
+    round,
+    segmentation::Segmented,
+    seven,
 };
 use crate::output::{OutputError, write_file};
 
-/// Writes `variance.csv`, `dissimilarities.csv`, `selections.csv`, `reliability.csv`, `clusters.csv`, `silhouettes.csv`,
+/// Writes `variance.csv`, `dissimilarities.csv`, `profiles.csv`, `selections.csv`, `reliability.csv`, `clusters.csv`, `silhouettes.csv`,
 /// `localization.csv`, `claims.csv` and, where there was one, `segmentation.csv` into `directory`.
 ///
 /// # Errors
 /// When a file cannot be written.
-pub fn write_tables(
+pub fn write_csv_files(
     directory: &Path,
     grid: &Grid,
     claims: &[Claim],
@@ -42,6 +44,11 @@ pub fn write_tables(
         "dissimilarities.csv",
         &["scale", "blur", "dims", "mean", "standard_deviation"],
         dissimilarities(grid),
+    )?;
+    write(
+        "profiles.csv",
+        &["scale", "blur", "dims", "rank", "view"],
+        profiles(grid),
     )?;
     write(
         "selections.csv",
@@ -100,8 +107,15 @@ pub fn write_tables(
         &["claim", "statement", "part", "found", "verdict"],
         of_claims.collect(),
     )?;
+    let path = directory.join("segmentation.csv");
     let Some(segmented) = segmented else {
-        return Ok(());
+        // What an earlier run left is of no segmentation of this one.
+        return match std::fs::remove_file(&path) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                Err(OutputError { path, source })
+            }
+            _ => Ok(()),
+        };
     };
     let rows = segmented.rows.iter().flat_map(|row| {
         [("nearest", &row.nearest), ("guaranteed", &row.guaranteed)].map(|(criterion, numbers)| {
@@ -143,6 +157,15 @@ fn dissimilarities(grid: &Grid) -> Rows {
     of_dims(grid, |cell, index| {
         let spread = cell.dissimilarities[index];
         vec![vec![number(spread.mean), number(spread.deviation)]]
+    })
+}
+
+fn profiles(grid: &Grid) -> Rows {
+    of_dims(grid, |cell, index| {
+        let ranked = cell.profiles[index].iter().zip(1..);
+        ranked
+            .map(|(view, rank)| vec![rank.to_string(), view.to_string()])
+            .collect()
     })
 }
 

@@ -3,7 +3,7 @@
 use crate::evaluate::reliability::{MeanReliability, Measure};
 
 /// Names of what [`seven`] gives, with units.
-pub const SEVEN: [&str; 7] = [
+pub(crate) const SEVEN: [&str; 7] = [
     "orientation_from_deg",
     "orientation_to_deg",
     "altitude_from_ratio",
@@ -14,8 +14,7 @@ pub const SEVEN: [&str; 7] = [
 ];
 
 /// Orientation, altitude and gamma from and to, and the catchment in percent of the map.
-#[must_use]
-pub fn seven(mean: &MeanReliability) -> [Option<f64>; 7] {
+pub(crate) fn seven(mean: &MeanReliability) -> [Option<f64>; 7] {
     let limit = |measure: usize, side: usize| {
         let limits = mean.limits.get(&Measure::REPORT[measure]);
         limits.map(|limits| round(limits[side]))
@@ -32,8 +31,7 @@ pub fn seven(mean: &MeanReliability) -> [Option<f64>; 7] {
 }
 
 /// To five significant digits: more than a picture shows.
-#[must_use]
-pub fn round(x: f64) -> f64 {
+pub(crate) fn round(x: f64) -> f64 {
     if x == 0.0 || !x.is_finite() {
         return x;
     }

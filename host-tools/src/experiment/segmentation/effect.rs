@@ -25,12 +25,12 @@ use crate::{
         JournalError, Judge, Plan, Site, evaluate,
         reliability::{End, Limit, Limits, Measure, Steps},
     },
-    learn::{PixelBasis, Settings},
+    experiment::{LearnError, cell::learn as learn_space},
+    learn::Settings,
     map::{Integral, Map, PaletteColor, SegmentError, Segmentation, luminance},
     output::Progress,
-    select::select,
+    select::{SelectionError, select},
     simulate::gamma_levels,
-    train::{TrainError, learn},
 };
 
 /// How a map is learned and seen.
@@ -79,7 +79,10 @@ pub enum SegmentationEffectError {
     Segment(#[from] SegmentError),
     /// A variant cannot be learned.
     #[error(transparent)]
-    Train(#[from] TrainError),
+    Learn(#[from] LearnError),
+    /// It has no such landmarks.
+    #[error(transparent)]
+    Select(#[from] SelectionError),
     /// Never: nothing is written.
     #[error(transparent)]
     Journal(#[from] JournalError),
@@ -102,8 +105,8 @@ pub fn segmentation_effect(
     let segmented = Map::from_luminance("segmented", segmentation.gray());
     let palette = segmentation.colors();
 
-    let of_plain = Learned::new(&plain, settings, progress)?;
-    let of_segmented = Learned::new(&segmented, settings, progress)?;
+    let of_plain = Learned::new(&plain, settings)?;
+    let of_segmented = Learned::new(&segmented, settings)?;
     let mut seen_segmented = of_segmented.evaluate(&segmented, steps, progress)?;
     seen_segmented
         .par_iter_mut()
@@ -157,21 +160,24 @@ struct Learned {
 }
 
 impl Learned {
-    fn new(map: &Map, settings: &Settings, progress: &Progress) -> Result<Self, TrainError> {
-        let dimensions = usize::from(settings.dimensions);
-        let (candidates, model) = learn(map, settings, dimensions, progress)?;
-        let coordinates = model.whitened(model.project(&candidates), settings.whiten);
-        let landmarks = select(map, &candidates, &coordinates, settings, false)?.landmarks;
-        let basis = PixelBasis::new(&model, candidates.preprocess(), settings.whiten);
+    fn new(map: &Map, settings: &Settings) -> Result<Self, SegmentationEffectError> {
+        let space = learn_space(map, settings, usize::from(settings.dimensions))?;
+        let spanned = Settings {
+            dimensions: space.dimensions() as u8,
+            ..settings.clone()
+        };
+        let landmarks =
+            select(map, &space.candidates, &space.coordinates, &spanned, false)?.landmarks;
         let site = |&view: &u32| {
-            let place: Point = candidates.grid().place(view);
+            let place: Point = space.candidates.grid().place(view);
             Site { view, place }
         };
+        let basis = space.basis.clone();
         Ok(Self {
-            exact: Exact::new(basis, settings.metric, &coordinates, &landmarks),
+            exact: Exact::new(basis, settings.metric, &space.coordinates, &landmarks),
             sites: landmarks.iter().map(site).collect(),
             window_px: settings.view_size_px,
-            covered_variance: model.covered_variance(),
+            covered_variance: space.model.covered_variance(),
         })
     }
 
@@ -317,7 +323,7 @@ mod tests {
         let steps = Steps::default();
         let settings = Settings::default();
         let found = segmentation_effect(&picture, &settings, (3, 1), steps, &Progress::Hidden);
-        assert!(matches!(found, Err(SegmentationEffectError::Train(_))));
+        assert!(matches!(found, Err(SegmentationEffectError::Learn(_))));
         let found = segmentation_effect(&picture, &settings, (0, 1), steps, &Progress::Hidden);
         assert!(matches!(found, Err(SegmentationEffectError::Segment(_))));
     }

@@ -1,18 +1,20 @@
 //! What color segmentation changes, as it is shown and kept.
 
-use image::{DynamicImage, RgbImage, imageops::FilterType};
+use image::{DynamicImage, RgbImage};
 use serde::{Deserialize, Serialize};
 
-use super::{
-    ExperimentError, Plan,
-    cache::Cache,
-    cell::{SEED, STEPS},
-    segmentation::{SegmentationEffect, Variant, segmentation_effect},
-    seven,
-};
+use super::{SegmentationEffect, Variant, segmentation_effect};
 use crate::{
+    experiment::{
+        ExperimentError, Plan,
+        cache::{Cache, crc},
+        cell::{SEED, STEPS},
+        seven,
+    },
+    learn::Settings,
     map::Map,
-    output::{Progress, jpeg_uri},
+    output::{Progress, fitted, jpeg_uri},
+    select::Selection,
 };
 
 /// Width of the segmented map, in pixels.
@@ -40,7 +42,7 @@ pub struct Shade {
     pub share: f64,
 }
 
-/// What a variant tolerates: the numbers that [`SEVEN`](super::SEVEN) names.
+/// What a variant tolerates: orientation, altitude and gamma from and to, and the catchment in percent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tolerates {
     /// How the map is learned and seen.
@@ -63,15 +65,21 @@ impl Segmented {
         plan: &Plan,
         colors: usize,
         (directory, provenance): (&std::path::Path, &str),
+        is_fresh: bool,
         progress: &Progress,
     ) -> Result<Self, ExperimentError> {
         let cache = Cache::new(directory, map, plan, provenance);
-        let key = cache.key((&plan.settings, colors, SEED));
+        // As many landmarks as the plan selects, by profile.
+        let settings = Settings {
+            selection: Selection::profile(plan.landmarks),
+            ..plan.settings.clone()
+        };
+        let key = cache.key((&settings, colors, SEED, crc(picture.as_raw())));
         let name = format!("segmentation-{colors}");
-        if let Some(known) = cache.read(&name, &key) {
+        if let Some(known) = cache.read(&name, &key).filter(|_| !is_fresh) {
             return Ok(known);
         }
-        let effect = segmentation_effect(picture, &plan.settings, (colors, SEED), STEPS, progress)?;
+        let effect = segmentation_effect(picture, &settings, (colors, SEED), STEPS, progress)?;
         let found = Self::of(&effect);
         cache.write(&name, &key, &found)?;
         Ok(found)
@@ -79,9 +87,7 @@ impl Segmented {
 
     fn of(effect: &SegmentationEffect) -> Self {
         let picture = DynamicImage::ImageLuma8(effect.picture.clone());
-        let height =
-            u64::from(WIDTH_PX) * u64::from(picture.height()) / u64::from(picture.width().max(1));
-        let shown = picture.resize(WIDTH_PX, height as u32 + 1, FilterType::Triangle);
+        let shown = fitted(&picture, WIDTH_PX);
         let shade = |color: &crate::map::PaletteColor| {
             let [red, green, blue] = color.rgb;
             Shade {
