@@ -105,12 +105,12 @@ pub fn atlas_report(report: &AtlasReport<'_>) -> String {
     page.finish(report.provenance)
 }
 
-/// The map with an SVG drawing in map pixels over it.
-fn map_with(report: &AtlasReport<'_>, drawing: &str) -> String {
+/// The map with an SVG drawing in map pixels over it; `label` says what is drawn.
+fn map_with(report: &AtlasReport<'_>, label: &str, drawing: &str) -> String {
     let (width, height) = (report.map.width(), report.map.height());
     format!(
         "<div class=\"map\"><img alt=\"the map\" src=\"{}\">\
-         <svg viewBox=\"0 0 {width} {height}\" preserveAspectRatio=\"none\">{drawing}</svg></div>",
+         <svg role=\"img\" aria-label=\"{label}\" viewBox=\"0 0 {width} {height}\" preserveAspectRatio=\"none\">{drawing}</svg></div>",
         map_picture(report.map, report.picture)
     )
 }
@@ -138,7 +138,7 @@ fn landmarks_on_map(report: &AtlasReport<'_>) -> String {
         report.summary.table.len(),
         grid.count()
     );
-    map_with(report, &drawing) + &caption
+    map_with(report, "Landmarks on the map", &drawing) + &caption
 }
 
 fn atlas_table(summary: &Summary) -> String {
@@ -269,5 +269,5 @@ fn flight_map(report: &AtlasReport<'_>, flight: FlightReport<'_>) -> String {
         known,
         flight.waypoints.len()
     );
-    map_with(report, &drawing) + &caption
+    map_with(report, "The flight on the map", &drawing) + &caption
 }

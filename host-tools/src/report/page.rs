@@ -23,10 +23,11 @@ impl Page {
         }
     }
 
-    /// Adds a section with a heading and a body of HTML.
+    /// Adds a section with a heading and a body of HTML; its id is the heading in small letters, joined by hyphens.
     pub fn section(&mut self, heading: &str, html: impl Display) {
+        let id = escape(&heading.to_lowercase().replace(' ', "-"));
         self.push(format_args!(
-            "<section><h2>{}</h2>\n{html}</section>\n",
+            "<section id=\"{id}\"><h2>{}</h2>\n{html}</section>\n",
             escape(heading)
         ));
     }
