@@ -452,8 +452,7 @@ def check_absent_cell(page, checks, at, data):
 
 
 def check_controls(page, checks, at, data):
-    tables = [by_dims for cell in data["cells"] for by_dims in cell["tables"].values()]
-    selected = {tuple(table["landmarks"]) for by_dims in tables for table in by_dims if table}
+    selected = {tuple(landmarks) for cell in data["cells"] for landmarks in cell["selected"]}
     # The landmarks of one atlas are the same in all dimensions.
     fixed = {"fig-landmarks"} if len(selected) == 1 else set()
     for name in ["scale", "blur", "dims", "method", "criterion", "lattice", "against", "compare"]:
@@ -498,7 +497,8 @@ def main():
             data = page.run(
                 "const data = JSON.parse(document.getElementById('data').textContent);"
                 "return {scales: data.scales, blurs: data.blurs, methods: data.methods, cells: data.cells.map("
-                "({scale, blur, dims, clusters, localization}) => ({scale, blur, dims, clusters: !!clusters,"
+                "({scale, blur, dims, clusters, localization, tables}) => ({scale, blur, dims, clusters: !!clusters,"
+                " selected: Object.values(tables).flat().filter((table) => table).map(({landmarks}) => landmarks),"
                 " localization: localization.map(({landmark}) => ({landmark}))}))}"
             )
             if options.pictures:
