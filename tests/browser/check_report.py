@@ -135,6 +135,7 @@ for (const drawing of document.querySelectorAll('section:not([hidden]) svg')) {
   if (drawing.matches('.plot')) {
     const lines = [...drawing.querySelectorAll('.curve')];
     if (lines.length && !lines.some((line) => line.getAttribute('d'))) found.push(`curves in ${name}`);
+    if (lines.some((line) => getComputedStyle(line).fill !== 'none')) found.push(`filled curves in ${name}`);
     if (/NaN|Infinity|undefined/.test(drawing.innerHTML)) found.push(`numbers in ${name}`);
   }
   drawing.querySelectorAll('image').forEach((picture) => uris.add(picture.getAttribute('href')));
