@@ -5,7 +5,7 @@
 //! limits of orientation, altitude and gamma, and catchments, by both criteria.
 //!
 //! **Method.** A view of the map is rendered once for all spaces of the same scale, and projected once for all tables of a
-//! space ([`tables`]). Catchments are counted as in the report, where the map itself was reduced: at positions around the
+//! space (`tables`). Catchments are counted as in the report, where the map itself was reduced: at positions around the
 //! landmark that are a view pixel apart, not a map pixel, and a hundredth of the footprint at least.
 //!
 //! **Cost.** Four spaces of 82 dimensions, 150 tables each, of 83 views at scale 1 take minutes of processor time, at
