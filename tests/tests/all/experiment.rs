@@ -9,7 +9,7 @@ use eigenmark::{
         reliability::{End, Measure, Steps},
     },
     experiment::{Asked, Cell, Grid, Method, Plan, claims, run},
-    learn::{Candidates, Model, PixelBasis, Preprocess, Settings, first_columns},
+    learn::{Candidates, Model, PixelBasis, Preprocess, Settings},
     map::{Integral, Map},
     output::Progress,
 };
@@ -64,7 +64,7 @@ impl Single {
         let candidates = Candidates::new(map, &grid, &preprocess).expect("candidates");
         let model = Model::learn(&candidates, dimensions).expect("learns");
         let basis = PixelBasis::new(&model, &preprocess, 0.0);
-        let coordinates = first_columns(&model.project(&candidates), dimensions, dimensions);
+        let coordinates = model.project(&candidates);
         let site = |&view: &u32| Site {
             view,
             place: grid.place(view),

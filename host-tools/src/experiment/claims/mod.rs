@@ -13,7 +13,7 @@ mod statistics;
 mod tolerance;
 mod variance;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 pub use statistics::rank_correlation;
 
@@ -27,7 +27,7 @@ const FIGURE_SCALE: f64 = 10.0;
 const FIGURE_BLUR: Blur = Blur::Gauss1;
 
 /// A claim, and whether it holds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Claim {
     /// Its number, 1 to 10.
     pub claim: u32,
@@ -42,7 +42,7 @@ pub struct Claim {
 }
 
 /// A part of a claim that a number decides.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Part {
     /// When it holds.
     pub what: String,
@@ -53,7 +53,7 @@ pub struct Part {
 }
 
 /// Curves over one axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Plot {
     /// What is shown.
     pub title: String,
@@ -66,7 +66,7 @@ pub struct Plot {
 }
 
 /// A named curve.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Curve {
     /// Its name in the legend.
     pub name: String,

@@ -220,14 +220,8 @@ impl<'a> Seen<'a> {
                 )
                 .decided_by(&[least]),
             );
-            let of_tables = |tables: &[&MethodTable]| {
-                mean(
-                    &tables
-                        .iter()
-                        .map(|table| catchment(table, by))
-                        .collect::<Vec<f64>>(),
-                )
-            };
+            let of_tables =
+                |tables: &[&MethodTable]| mean_over(tables, |table| catchment(table, by));
             let what = named("grows with smoothing at every step");
             let blurs: Vec<f64> = self
                 .blurs
@@ -270,10 +264,10 @@ impl<'a> Seen<'a> {
         let curves =
             [1, 0].map(|by| Curve::new(CRITERIA[by], self.curve(|table| catchment(table, by))));
         let by_scale = [1, 0].map(|by| {
-            let points = self.scales.iter().map(|(scale, tables)| {
-                let areas: Vec<f64> = tables.iter().map(|table| catchment(table, by)).collect();
-                (*scale, mean(&areas))
-            });
+            let points = self
+                .scales
+                .iter()
+                .map(|(scale, tables)| (*scale, mean_over(tables, |table| catchment(table, by))));
             Curve::new(CRITERIA[by], points.collect::<Vec<_>>())
         });
         let plots = vec![
@@ -307,14 +301,8 @@ impl<'a> Seen<'a> {
                 slope > 0.0 && correlation >= 0.8,
                 (by, 2),
             ));
-            let of_tables = |tables: &[&MethodTable]| {
-                mean(
-                    &tables
-                        .iter()
-                        .map(|table| self.range(table, by, 2))
-                        .collect::<Vec<f64>>(),
-                )
-            };
+            let of_tables =
+                |tables: &[&MethodTable]| mean_over(tables, |table| self.range(table, by, 2));
             let what = named("less smoothing tolerates more, at every step");
             let blurs: Vec<f64> = self
                 .blurs
@@ -375,6 +363,16 @@ impl<'a> Seen<'a> {
         let title = format!("Tolerated {name} of the same landmarks, scale 1/10, gauss1");
         Plot::new(&title, "dimensions k", y, curves.collect())
     }
+}
+
+/// The mean of a value over some tables.
+fn mean_over(tables: &[&MethodTable], value: impl Fn(&MethodTable) -> f64) -> f64 {
+    mean(
+        &tables
+            .iter()
+            .map(|table| value(table))
+            .collect::<Vec<f64>>(),
+    )
 }
 
 /// By criterion, measure and side: the landmarks whose limit ends at the map in none of the tables.
