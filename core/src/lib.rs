@@ -16,6 +16,7 @@
 //! | [`preprocess`] | frame → view: exact area averaging, or levelling from a known pose; sums for normalization | eigenspaces |
 //! | [`eigenspace`] | view → coefficients, distance from feature space | landmarks |
 //! | [`landmark`] | coefficients → nearest landmarks; where candidates lie on the map | frames |
+//! | [`route`] | places and legs → the shortest way to a goal | landmarks, frames |
 //! | [`explore`] | views → an eigenspace learned on the way, and landmarks chosen online | frames, maps, atlases |
 //! | [`atlas`] | the flash bundle: one parser, one writer | where in memory it lies |
 //! | [`localizer`] | frame → fix | links, boards, time |
@@ -44,3 +45,4 @@ pub mod link;
 pub mod localizer;
 pub mod math;
 pub mod preprocess;
+pub mod route;

@@ -8,6 +8,7 @@ use super::{
 use crate::{
     eigenspace::{Row, squared_norm},
     landmark::{Record, row_len},
+    route::Place,
 };
 
 /// Everything that goes into an atlas. Lengths follow from the header.
@@ -27,6 +28,10 @@ pub struct Contents<'a> {
     pub records: &'a [Record],
     /// Thumbnails of the landmarks, or nothing.
     pub thumbnails: &'a [u8],
+    /// Places of the topological map, or nothing.
+    pub places: &'a [Place],
+    /// The places that legs lead to, in the order of the places they start from.
+    pub legs: &'a [u16],
 }
 
 /// Bytes that [`emit`] will write for this header.
@@ -86,6 +91,14 @@ pub fn emit<'b>(contents: &Contents<'_>, buffer: &'b mut [u8]) -> Result<Atlas<'
         contents.records.iter().map(bytes_of),
     );
     atlas[layout.thumbnails.range()].copy_from_slice(contents.thumbnails);
+    write(
+        &mut atlas[layout.places.range()],
+        contents.places.iter().map(bytes_of),
+    );
+    write(
+        &mut atlas[layout.legs.range()],
+        contents.legs.iter().map(bytes_of),
+    );
 
     let crc = checksum(atlas);
     atlas[12..PREAMBLE_LEN].copy_from_slice(&crc.to_le_bytes());

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::{ALIGNMENT, MAGIC, VERSION};
+use crate::route::MapError;
 
 /// The first check that failed, with the numbers that failed it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,6 +110,8 @@ pub enum AtlasError {
         /// Number of candidates.
         candidates: u32,
     },
+    /// Places and legs do not belong together.
+    Topology(MapError),
     /// Padding is not zero.
     Padding {
         /// Where.
@@ -147,6 +150,12 @@ pub enum Part {
     Error,
     /// Limits of the known judgement.
     Limits,
+    /// Sharpness and ceiling of the likelihood.
+    Likelihood,
+    /// Places of the topological map.
+    Places,
+    /// Legs of the topological map.
+    Legs,
     /// The training settings.
     Training,
     /// Factors of the mean row.
@@ -258,6 +267,7 @@ impl fmt::Display for AtlasError {
             } => {
                 write!(f, "landmark {landmark} names view {found} of {candidates}")
             }
+            Self::Topology(error) => error.fmt(f),
             Self::Padding { part } => write!(f, "{part}: padding is not zero"),
             Self::NoRoom { needed, have } => {
                 write!(f, "the atlas needs {needed} bytes, {have} are given")
@@ -267,6 +277,12 @@ impl fmt::Display for AtlasError {
 }
 
 impl core::error::Error for AtlasError {}
+
+impl From<MapError> for AtlasError {
+    fn from(error: MapError) -> Self {
+        Self::Topology(error)
+    }
+}
 
 impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -281,6 +297,9 @@ impl fmt::Display for Part {
             Self::Step => "coefficient step",
             Self::Error => "coefficient error",
             Self::Limits => "limits of known",
+            Self::Likelihood => "likelihood",
+            Self::Places => "number of places",
+            Self::Legs => "number of legs",
             Self::Training => "training settings",
             Self::MeanRow => "mean row",
             Self::MeanWeights => "weights of the mean row",

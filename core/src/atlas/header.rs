@@ -6,6 +6,7 @@ use super::{ALIGNMENT, PREAMBLE_LEN};
 use crate::{
     eigenspace::{MeanRow, Normalize, Row, padded_pixels, weight_count},
     landmark::{Lattices, Metric, Record, Width, row_len},
+    route::Place,
 };
 
 /// What an atlas says about itself. Sizes, then meaning, then how it was trained.
@@ -39,6 +40,12 @@ pub struct Header {
     pub map_px: (u32, u32),
     /// Where candidates lie.
     pub lattices: Lattices,
+    /// What a distance says about where the vehicle is.
+    pub likelihood: Likelihood,
+    /// Number of places of the topological map; 0 for none.
+    pub places: u32,
+    /// Number of legs between them.
+    pub legs: u32,
     /// How it was trained; informative.
     pub training: Training,
 }
@@ -50,6 +57,16 @@ pub struct Limits {
     pub distance: f32,
     /// Distance from feature space.
     pub from_feature_space: f32,
+}
+
+/// How much likelier a frame is where a landmark was seen than elsewhere: exp(−sharpness · min(δ, ceiling)) of the
+/// squared dissimilarity δ, which is ‖a − b‖² (Euclid), nSSD, or 1 − cos (cosine).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Likelihood {
+    /// Fall of the logarithm per unit of δ.
+    pub sharpness: f32,
+    /// From here on δ says nothing more: the view is of somewhere else, or hidden. Also δ where no landmark is near.
+    pub ceiling: f32,
 }
 
 /// How an atlas was trained. Nothing here changes a fix: it is folded into the weights.
@@ -101,6 +118,10 @@ pub struct Layout {
     pub records: Blob,
     /// u8 thumbnails of the landmarks.
     pub thumbnails: Blob,
+    /// Places of the topological map.
+    pub places: Blob,
+    /// u16 places that legs lead to.
+    pub legs: Blob,
     /// Length of the whole atlas.
     pub total_len: u64,
 }
@@ -136,6 +157,8 @@ impl Layout {
         let squared_norms = next(landmarks * size_of::<u32>() as u64);
         let records = next(landmarks * size_of::<Record>() as u64);
         let thumbnails = next(landmarks * thumbnail);
+        let places = next(u64::from(header.places) * size_of::<Place>() as u64);
+        let legs = next(u64::from(header.legs) * size_of::<u16>() as u64);
         Self {
             weights,
             rows,
@@ -144,13 +167,15 @@ impl Layout {
             squared_norms,
             records,
             thumbnails,
+            places,
+            legs,
             total_len: end,
         }
     }
 
     /// All blobs in the order they lie in.
     #[must_use]
-    pub fn blobs(&self) -> [Blob; 7] {
+    pub fn blobs(&self) -> [Blob; 9] {
         [
             self.weights,
             self.rows,
@@ -159,6 +184,8 @@ impl Layout {
             self.squared_norms,
             self.records,
             self.thumbnails,
+            self.places,
+            self.legs,
         ]
     }
 }

@@ -14,18 +14,19 @@ mod parse;
 
 pub use emit::{Contents, emit, emitted_len};
 pub use error::{AtlasError, Part};
-pub use header::{Blur, Header, Layout, Limits, Training};
+pub use header::{Blur, Header, Layout, Likelihood, Limits, Training};
 
 use crate::{
     eigenspace::Eigenspace,
     landmark::{LandmarkTable, Lattices},
+    route::TopologicalMap,
 };
 
 /// The first bytes of every atlas.
 pub const MAGIC: [u8; 4] = *b"EIGM";
 
 /// The version of the format this code reads and writes.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 
 /// Bytes before the header: magic, version, header length, total length, CRC.
 pub const PREAMBLE_LEN: usize = 16;
@@ -45,6 +46,7 @@ pub struct Atlas<'a> {
     eigenspace: Eigenspace<'a>,
     landmarks: LandmarkTable<'a>,
     thumbnails: &'a [u8],
+    topology: TopologicalMap<'a>,
 }
 
 impl<'a> Atlas<'a> {
@@ -58,6 +60,12 @@ impl<'a> Atlas<'a> {
     #[must_use]
     pub fn landmarks(&self) -> &LandmarkTable<'a> {
         &self.landmarks
+    }
+
+    /// Its places and the legs between them; empty when it has none.
+    #[must_use]
+    pub fn topology(&self) -> &TopologicalMap<'a> {
+        &self.topology
     }
 
     /// The lattices its candidates were taken from.

@@ -1,5 +1,5 @@
 //! Bytes → atlas. Every check happens here, once, in a fixed order: preamble, header, lengths and gaps, basis,
-//! landmarks.
+//! landmarks, places and legs.
 
 use bytemuck::Pod;
 
@@ -14,6 +14,7 @@ use crate::{
     },
     landmark::{LandmarkTable, Record, lattice::candidate_count, row_len},
     preprocess::{MAX_VIEW_SIDE, MIN_VIEW_SIDE},
+    route::{MAX_LEGS, MAX_PLACES, TopologicalMap},
 };
 
 /// The largest accepted width and height of a map, in pixels: whole numbers up to here, and halves, are exact in f32.
@@ -84,6 +85,11 @@ impl<'a> Atlas<'a> {
         check_landmarks(&landmarks, candidates)?;
 
         let thumbnails = layout.thumbnails.of(bytes);
+        let topology = TopologicalMap::new(
+            cast(layout.places.of(bytes), Part::Places)?,
+            cast(layout.legs.of(bytes), Part::Legs)?,
+            header.map_px,
+        )?;
         Ok(Self {
             header,
             total_len,
@@ -91,6 +97,7 @@ impl<'a> Atlas<'a> {
             eigenspace,
             landmarks,
             thumbnails,
+            topology,
         })
     }
 }
@@ -215,6 +222,8 @@ fn check_header(header: &Header) -> Result<(), AtlasError> {
             &Sign::NotNegative,
         )?;
     }
+    range(Part::Places, header.places, 0, MAX_PLACES)?;
+    range(Part::Legs, header.legs, 0, MAX_LEGS)?;
     check_numbers(Part::Footprint, [header.footprint_px], &Sign::Positive)?;
     check_numbers(Part::Step, [header.step], &Sign::Positive)?;
     check_numbers(Part::Error, [header.error], &Sign::NotNegative)?;
@@ -228,6 +237,12 @@ fn check_header(header: &Header) -> Result<(), AtlasError> {
         Part::MeanRow,
         [header.mean.base, header.mean.energy],
         &Sign::NotNegative,
+    )?;
+    let likelihood = header.likelihood;
+    check_numbers(
+        Part::Likelihood,
+        [likelihood.sharpness, likelihood.ceiling],
+        &Sign::Positive,
     )?;
     let training = header.training;
     let settings = [

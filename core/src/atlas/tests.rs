@@ -10,6 +10,7 @@ use crate::{
     frame::Frame,
     landmark::{Lattice, Lattices, Metric, Point, Record, Width},
     localizer::Localizer,
+    route::{MAX_LEGS, MAX_PLACES, MapError, Place},
 };
 
 /// The atlas that `core/docs/atlas-format.md` dumps: 2×2 views, one dimension, two landmarks.
@@ -21,6 +22,8 @@ struct Sample {
     coefficients: Vec<i16>,
     records: Vec<Record>,
     thumbnails: Vec<u8>,
+    places: Vec<Place>,
+    legs: Vec<u16>,
 }
 
 /// Bytes at an 8-aligned address.
@@ -98,6 +101,12 @@ impl Sample {
                 footprint_px: 200.0,
                 map_px: (400, 200),
                 lattices,
+                likelihood: Likelihood {
+                    sharpness: 8.0,
+                    ceiling: 0.5,
+                },
+                places: 2,
+                legs: 2,
                 training: Training {
                     scale: 100.0,
                     blur: Blur::Gauss1,
@@ -126,6 +135,16 @@ impl Sample {
                 },
             ],
             thumbnails: Vec::new(),
+            places: [100.0, 300.0]
+                .into_iter()
+                .zip(0..)
+                .map(|(x_px, first_leg)| Place {
+                    x_px,
+                    y_px: 100.0,
+                    first_leg,
+                })
+                .collect(),
+            legs: vec![1, 0],
         }
     }
 
@@ -138,6 +157,8 @@ impl Sample {
             coefficients: &self.coefficients,
             records: &self.records,
             thumbnails: &self.thumbnails,
+            places: &self.places,
+            legs: &self.legs,
         }
     }
 
@@ -152,7 +173,8 @@ impl Sample {
     fn error_after(change: impl FnOnce(&mut Self)) -> AtlasError {
         let mut sample = Self::new();
         change(&mut sample);
-        let mut buffer = Aligned::zeros(1024);
+        let len = emitted_len(&sample.header).expect("header fits") as usize;
+        let mut buffer = Aligned::zeros(len);
         emit(&sample.contents(), buffer.bytes_mut()).expect_err("must be rejected")
     }
 }
@@ -166,6 +188,8 @@ fn what_is_emitted_is_parsed_back() {
     assert_eq!(atlas.landmarks().records(), sample.records);
     assert_eq!(atlas.eigenspace().rows(), sample.rows);
     assert!(atlas.landmarks().coefficients(1).eq([-200]));
+    assert_eq!(atlas.topology().places(), sample.places);
+    assert_eq!(atlas.topology().stored_legs(), sample.legs);
     assert_eq!(atlas.total_len() as usize, bytes.bytes().len());
     assert_eq!(
         [0, 1, 2, 3].map(|pixel| atlas.eigenspace().weight(0, pixel)),
@@ -264,15 +288,18 @@ fn headers_that_do_not_decode_are_reported() {
 
 #[test]
 fn headers_that_could_be_shorter_are_reported() {
-    // The number of landmarks as two bytes: the header ended without a gap, and now needs one of seven.
+    // The number of landmarks as two bytes.
     let bytes = Sample::new().emit();
     let mut bytes = bytes.bytes().to_vec();
     let len = u16::from_le_bytes([bytes[6], bytes[7]]);
     assert_eq!(bytes[18], 2);
-    bytes.splice(18..19, [0x82, 0]);
     let end = PREAMBLE_LEN + usize::from(len);
-    assert_eq!(end % 8, 0);
-    bytes.splice(end + 1..end + 1, [0; 7]);
+    let (gap, needed) = (
+        end.next_multiple_of(8) - end,
+        (end + 1).next_multiple_of(8) - end - 1,
+    );
+    bytes.splice(end..end + gap, vec![0; needed]);
+    bytes.splice(18..19, [0x82, 0]);
     let total_len = bytes.len() as u32;
     bytes[6..8].copy_from_slice(&(len + 1).to_le_bytes());
     bytes[8..12].copy_from_slice(&total_len.to_le_bytes());
@@ -296,6 +323,20 @@ fn sizes_out_of_range_are_reported() {
     assert_eq!(
         Sample::error_after(|s| s.header.lattices.clear()),
         range(Part::Lattices, 0, 1, 2)
+    );
+    assert_eq!(
+        Sample::error_after(|s| {
+            s.header.places = MAX_PLACES + 1;
+            s.places = vec![s.places[0]; s.header.places as usize];
+        }),
+        range(Part::Places, MAX_PLACES + 1, 0, MAX_PLACES)
+    );
+    assert_eq!(
+        Sample::error_after(|s| {
+            s.header.legs = MAX_LEGS + 1;
+            s.legs = vec![1; s.header.legs as usize];
+        }),
+        range(Part::Legs, MAX_LEGS + 1, 0, MAX_LEGS)
     );
     let no_columns = Sample::error_after(|s| s.header.lattices[0].columns = 0);
     assert_eq!(no_columns, range(Part::Lattice, 0, 1, u32::MAX));
@@ -354,6 +395,10 @@ fn numbers_that_make_no_sense_are_reported() {
     assert_eq!(
         Sample::error_after(|s| s.header.mean.energy = f32::INFINITY),
         number(Part::MeanRow, 1)
+    );
+    assert_eq!(
+        Sample::error_after(|s| s.header.likelihood.ceiling = 0.0),
+        number(Part::Likelihood, 1)
     );
     assert_eq!(
         Sample::error_after(|s| s.header.training.scale = f32::NAN),
@@ -473,6 +518,11 @@ fn landmarks_that_contradict_the_rest_are_reported() {
         AtlasError::Padding {
             part: Part::Coefficients
         }
+    );
+
+    assert_eq!(
+        Sample::error_after(|s| s.legs[1] = 1),
+        AtlasError::Topology(MapError::Leg { leg: 0, found: 1 })
     );
 
     let mut bytes = sample.emit();

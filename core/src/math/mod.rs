@@ -15,6 +15,30 @@ pub fn angle(across: f32, along: f32) -> f32 {
     libm::atan2f(across, along)
 }
 
+/// The heading of a way on the map: `right` and `down` in map axes, radians clockwise from map-up, in −π..=π; 0 for no
+/// way at all.
+///
+/// ```
+/// use eigenmark_core::math::heading_of;
+/// assert_eq!(heading_of(0.0, -3.0), 0.0);
+/// assert!((heading_of(2.0, 0.0) - core::f32::consts::FRAC_PI_2).abs() < 1e-6);
+/// ```
+#[must_use]
+pub fn heading_of(right: f32, down: f32) -> f32 {
+    if right == 0.0 && down == 0.0 {
+        return 0.0;
+    }
+    libm::atan2f(right, -down)
+}
+
+/// An angle in −π..=π that is a whole number of turns away; 0 for what is not finite.
+#[must_use]
+pub fn wrapped(angle_rad: f32) -> f32 {
+    let turns = angle_rad / core::f32::consts::TAU;
+    let rest = angle_rad - libm::roundf(turns) * core::f32::consts::TAU;
+    if rest.is_finite() { rest } else { 0.0 }
+}
+
 /// The whole number nearest to `x` (halves away from zero), clamped to `-limit..=limit`, and whether it was clamped.
 /// NaN gives 0. The limit is not negative.
 ///

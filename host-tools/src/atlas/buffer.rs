@@ -89,6 +89,8 @@ impl AtlasBuffer {
             coefficients: &rows.collect::<Vec<i16>>(),
             records,
             thumbnails: atlas.thumbnails(),
+            places: atlas.topology().places(),
+            legs: atlas.topology().stored_legs(),
         })
     }
 

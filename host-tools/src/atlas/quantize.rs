@@ -11,7 +11,7 @@
 //! [`Folded::error`] is the Euclidean length of those bounds.
 
 use eigenmark_core::{
-    atlas::{AtlasError, Contents, Header, Limits, Training},
+    atlas::{AtlasError, Contents, Header, Likelihood, Limits, Training},
     eigenspace::{
         Coefficients, MeanRow, Normalize, Row, padded_pixels, weight_count, weight_index,
     },
@@ -169,6 +169,12 @@ impl Folded {
             footprint_px: candidates.grid().window_px() as f32,
             map_px: (map.width(), map.height()),
             lattices: candidates.grid().lattices().clone(),
+            likelihood: Likelihood {
+                sharpness: 1.0,
+                ceiling: f32::MAX,
+            },
+            places: 0,
+            legs: 0,
             training,
         };
 
@@ -204,6 +210,8 @@ impl Folded {
             coefficients,
             records,
             thumbnails: &[],
+            places: &[],
+            legs: &[],
         }
     }
 }

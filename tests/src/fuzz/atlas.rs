@@ -7,6 +7,7 @@ use eigenmark_core::{
     landmark::Record,
     localizer::{Fix, Localizer},
     preprocess::View,
+    route::{MAX_PLACES, Place},
 };
 
 use super::input::Input;
@@ -57,7 +58,9 @@ fn sealed(bytes: &[u8]) -> Vec<u64> {
 
 /// An atlas with the header that the bytes begin with, filled with the rest of them so that sums and limits are kept.
 fn described(input: Input<'_>) -> Option<Vec<u64>> {
-    let (header, rest) = postcard::take_from_bytes::<Header>(input.0).ok()?;
+    let (mut header, rest) = postcard::take_from_bytes::<Header>(input.0).ok()?;
+    header.places %= MAX_PLACES + 1;
+    header.legs = 2 * header.places.saturating_sub(1);
     let mut input = Input(rest);
     let len = emitted_len(&header).ok().filter(|&len| len <= MAX_LEN)?;
     let (side, k, l) = (
@@ -107,6 +110,18 @@ fn described(input: Input<'_>) -> Option<Vec<u64>> {
         .collect();
     let side = usize::from(header.thumbnail_side);
     let thumbnails: Vec<u8> = (0..l * side * side).map(|_| number() as u8).collect();
+    // Places in a row, and legs from each to the next and back.
+    let width = header.map_px.0 as f32;
+    let places: Vec<Place> = (0..header.places)
+        .map(|place| Place {
+            x_px: width * place as f32 / header.places as f32,
+            y_px: 0.0,
+            first_leg: (2 * place).saturating_sub(1),
+        })
+        .collect();
+    let legs: Vec<u16> = (1..header.places as u16)
+        .flat_map(|place| [place, place - 1])
+        .collect();
 
     let contents = Contents {
         header: &header,
@@ -116,6 +131,8 @@ fn described(input: Input<'_>) -> Option<Vec<u64>> {
         coefficients: &coefficients,
         records: &records,
         thumbnails: &thumbnails,
+        places: &places,
+        legs: &legs,
     };
     let mut words = vec![0; (len as usize).div_ceil(size_of::<u64>())];
     emit(&contents, bytemuck::cast_slice_mut(&mut words)).ok()?;
@@ -174,6 +191,8 @@ fn emit_again(atlas: &Atlas<'_>, bytes: &[u8]) {
         coefficients: &coefficients,
         records: landmarks.records(),
         thumbnails: atlas.thumbnails(),
+        places: atlas.topology().places(),
+        legs: atlas.topology().stored_legs(),
     };
     let mut again = vec![0_u64; bytes.len().div_ceil(size_of::<u64>())];
     let again: &mut [u8] = bytemuck::cast_slice_mut(&mut again);

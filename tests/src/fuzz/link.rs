@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use eigenmark_core::{
-    atlas::{Atlas, Blur, Contents, Header, Limits, Training, emit},
+    atlas::{Atlas, Blur, Contents, Header, Likelihood, Limits, Training, emit},
     eigenspace::{MeanRow, Normalize, Row, weight_index},
     landmark::{Lattice, Lattices, Metric, Point, Record, Width},
     link::{Identity, MAX_REPLY_LEN, Receiver, Reply, Request, Responder, encode},
@@ -165,6 +165,12 @@ fn atlas(words: &mut [u64; 64]) -> Atlas<'_> {
         footprint_px: 200.0,
         map_px: (400, 200),
         lattices,
+        likelihood: Likelihood {
+            sharpness: 8.0,
+            ceiling: 0.5,
+        },
+        places: 0,
+        legs: 0,
         training: Training {
             scale: 100.0,
             blur: Blur::Gauss1,
@@ -190,6 +196,8 @@ fn atlas(words: &mut [u64; 64]) -> Atlas<'_> {
         coefficients: &[300, -200],
         records: &[2, 1].map(|view| Record { view, radius: 0.1 }),
         thumbnails: &[],
+        places: &[],
+        legs: &[],
     };
     emit(&contents, bytemuck::cast_slice_mut(words)).expect("valid")
 }
