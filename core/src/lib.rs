@@ -20,6 +20,8 @@
 //! | [`explore`] | views → an eigenspace learned on the way, and landmarks chosen online | frames, maps, atlases |
 //! | [`atlas`] | the flash bundle: one parser, one writer | where in memory it lies |
 //! | [`localizer`] | frame → fix | links, boards, time |
+//! | [`belief`] | displacements and distances → where the vehicle may be | frames, routes |
+//! | [`mission`] | belief and route → commanded heading and speed | frames, links, time |
 //! | [`link`] | framed messages between a board and a host | the wire |
 //!
 //! # Promises
@@ -36,6 +38,7 @@ compile_error!(
 );
 
 pub mod atlas;
+pub mod belief;
 pub mod eigenspace;
 pub mod explore;
 pub mod frame;
@@ -44,5 +47,6 @@ pub mod landmark;
 pub mod link;
 pub mod localizer;
 pub mod math;
+pub mod mission;
 pub mod preprocess;
 pub mod route;

@@ -3,6 +3,7 @@
 //! A [`LandmarkTable`] borrows its parts from an atlas and is valid by construction. Candidates are numbered from 1,
 //! as in the report; [`lattice`] says where on the map each number lies.
 
+mod dissimilarity;
 pub mod lattice;
 mod nearest;
 mod prior;

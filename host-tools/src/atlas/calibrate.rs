@@ -5,6 +5,7 @@
 //!
 //! - **Known.** Slightly deviated views ([`Deviation::SLIGHT`]) set the limits of both distances. Each limit is the
 //!   quantile that loses at most half of what may be lost in total, so that together they keep [`KEPT_SHARE`].
+//! - **Likelihood.** What a belief observes with; see `likelihood.rs`.
 //! - **Guaranteed.** A view may deviate so much that it comes to lie within the radius of a landmark it does not show:
 //!   then that landmark *is* the nearest, as (2.39) says, and still wrong. Moderately deviated views
 //!   ([`Deviation::MODERATE`]) find such cases, and the radius is narrowed to [`NARROWING`] of the distance of the
@@ -16,7 +17,7 @@ use eigenmark_core::{
     localizer::Fix,
 };
 
-use super::AtlasBuffer;
+use super::{AtlasBuffer, likelihood::likelihood};
 use crate::{
     evaluate::{Deviation, fixes_around},
     map::Map,
@@ -71,6 +72,7 @@ pub fn calibrate(
     if slight.is_empty() {
         return Err(CalibrationError::NoRoom);
     }
+    let likelihood = likelihood(map, &atlas).ok_or(CalibrationError::NoRoom)?;
     let kept = 1.0 - (1.0 - KEPT_SHARE) / 2.0;
     let mut header = atlas.header().clone();
     header.limits = Limits {
@@ -80,6 +82,8 @@ pub fn calibrate(
             kept,
         ),
     };
+
+    header.likelihood = likelihood;
 
     let mut records = atlas.landmarks().records().to_vec();
     let mut nearest_wrong = vec![f32::MAX; records.len()];

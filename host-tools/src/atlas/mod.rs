@@ -6,6 +6,7 @@
 
 mod buffer;
 mod calibrate;
+mod likelihood;
 mod quantize;
 mod radius;
 mod summary;

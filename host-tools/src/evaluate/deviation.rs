@@ -77,6 +77,19 @@ impl Deviation {
         ..Self::MODERATE
     };
 
+    /// What is left when a vehicle flies by its compass, its barometer and its horizon, and its frames were levelled by
+    /// them.
+    pub const FLIGHT: Self = Self {
+        rotation_rad: 10.0 * PI / 180.0,
+        shift: 0.15,
+        altitude_ratio: 1.1,
+        gamma: 2.0,
+        noise: 6.0,
+        tilt_rad: 2.0 * PI / 180.0,
+        motion: 0.02,
+        occlusion: 0.0,
+    };
+
     /// A random scene around a place, of which `camera` shows nothing beyond the map, and how many were drawn until one
     /// was like that. `None` when none is, in many tries.
     pub fn draw(

@@ -1,0 +1,132 @@
+//! Where the vehicle may be: a discrete Bayes filter over the map, driven by what it sees and how it moves.
+//!
+//! **What.** One frame can look like several places, and some look like none. The filter keeps for every cell of a
+//! regular grid over the map (and every heading, when the landmarks were stored at several) the probability that the
+//! vehicle is there. Path integration moves it ([`predict`](Belief::predict)); the distances of a frame to the landmarks
+//! sharpen it ([`observe`](Belief::observe)); [`estimate`](Belief::estimate) says where most of it is, and how much.
+//! Cells lie between the places of the topological map, too: there, path integration carries the belief from one place
+//! to the next.
+//!
+//! **Notation.** A *state* is a cell at a heading. δ is a landmark's squared dissimilarity, s and c the atlas's
+//! sharpness and ceiling ([`Likelihood`](crate::atlas::Likelihood)).
+//!
+//! **Method.** Markov localization on a grid (Fox, Burgard and Thrun 1999).
+//! - *Predict.* All states of a heading move alike, so the fraction of a cell is kept once per heading as an offset, and
+//!   weights move by whole cells only. The uncertainty of displacements adds up until a binomial kernel of that variance
+//!   spreads the weights. A little of all weight goes everywhere: the vehicle may have been carried away.
+//! - *Observe.* A state's weight is multiplied by exp(−s·η·min(δ, c)) with the least δ of the landmarks in its cell; cells
+//!   without landmark have δ = c. Frames that follow each other are wrong alike, so each counts as a share η of an
+//!   independent one, which grows with the way between them.
+//! - *Estimate.* Mean and covariance within one side of a view around the heaviest state; the weight there is the
+//!   confidence.
+//!
+//! **Cost.** Eight bytes per state. An observation streams the landmark table and passes over the states twice.
+//!
+//! **Limits.** Outside of the lattices' bounding box there are no states.
+
+mod cells;
+mod estimate;
+mod observe;
+mod predict;
+#[cfg(test)]
+mod tests;
+
+use crate::{atlas::Atlas, landmark::Point};
+
+pub use cells::Cells;
+pub use estimate::{CONFIDENT, Estimate};
+pub use observe::Observation;
+pub use predict::Motion;
+
+/// The largest number of headings.
+pub const MAX_HEADINGS: usize = 72;
+
+/// Where the vehicle may be: at most `STATES` cells times headings.
+#[derive(Clone, Debug)]
+pub struct Belief<const STATES: usize> {
+    cells: Cells,
+    /// Probabilities; together one. Layer by layer of a heading, row by row.
+    weights: [f32; STATES],
+    /// The least δ of the landmarks in each cell, in the last observation.
+    least: [f32; STATES],
+    /// From the centers of cells to where the vehicle would be, per heading.
+    offsets: [Point; MAX_HEADINGS],
+    /// Heading of the first layer: within half a step of the headings; of the vehicle when there is one heading.
+    heading_rad: f32,
+    /// Variance that displacements added since weights were last spread, along each axis, in squared map pixels.
+    spread_px2: f32,
+    /// Variance of the heading since weights were last spread over headings, in squared radians.
+    spread_rad2: f32,
+    /// Way since the last observation, in map pixels; infinite when the frames have nothing in common.
+    way_px: f32,
+}
+
+impl<const STATES: usize> Belief<STATES> {
+    /// Knows nothing: every state of the atlas's grid is as likely as any other.
+    #[must_use]
+    pub fn new(atlas: &Atlas<'_>) -> Self {
+        let mut belief = Self {
+            cells: Cells::of(atlas, STATES),
+            weights: [0.0; STATES],
+            least: [0.0; STATES],
+            offsets: [Point {
+                x_px: 0.0,
+                y_px: 0.0,
+            }; MAX_HEADINGS],
+            heading_rad: 0.0,
+            spread_px2: 0.0,
+            spread_rad2: 0.0,
+            way_px: f32::INFINITY,
+        };
+        belief.forget();
+        belief
+    }
+
+    /// The grid.
+    #[must_use]
+    pub fn cells(&self) -> &Cells {
+        &self.cells
+    }
+
+    /// The probabilities of all states, layer by layer of a heading, row by row; they add up to one.
+    #[must_use]
+    pub fn weights(&self) -> &[f32] {
+        self.weights.get(..self.cells.states()).unwrap_or_default()
+    }
+
+    /// Knows nothing again.
+    pub fn forget(&mut self) {
+        let uniform = self.uniform();
+        self.active().fill(uniform);
+        self.offsets.fill(Point {
+            x_px: 0.0,
+            y_px: 0.0,
+        });
+        (self.spread_px2, self.spread_rad2) = (0.0, 0.0);
+        self.way_px = f32::INFINITY;
+    }
+
+    /// The weights in use.
+    fn active(&mut self) -> &mut [f32] {
+        let states = self.cells.states();
+        self.weights.get_mut(..states).unwrap_or_default()
+    }
+
+    /// The weight of a state when nothing is known.
+    fn uniform(&self) -> f32 {
+        1.0 / self.cells.states().max(1) as f32
+    }
+
+    /// Makes the weights add up to one again, and spreads `share` of all weight evenly. Knows nothing when there is no
+    /// weight left.
+    fn normalize(&mut self, share: f32) {
+        let total: f32 = self.active().iter().sum();
+        if !(total > 1e-30 && total < f32::MAX) {
+            return self.forget();
+        }
+        let (factor, floor) = ((1.0 - share) / total, share * self.uniform());
+        for weight in self.active() {
+            *weight = *weight * factor + floor;
+        }
+    }
+}

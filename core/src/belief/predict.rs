@@ -1,0 +1,216 @@
+//! The belief moves with the vehicle.
+
+use micromath::F32Ext;
+
+use super::Belief;
+use crate::{landmark::Point, math::wrapped};
+
+/// How the vehicle moved between two frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Forward along the heading, in map pixels.
+    pub forward_px: f32,
+    /// To the right of the heading, in map pixels.
+    pub right_px: f32,
+    /// Turn, clockwise, in radians.
+    pub yaw_rad: f32,
+    /// Variance of the displacement along each axis, in squared map pixels.
+    pub variance_px2: f32,
+    /// Variance of the turn, in squared radians.
+    pub variance_rad2: f32,
+    /// Probability that the vehicle was carried away meanwhile, to anywhere.
+    pub carried_away: f32,
+}
+
+/// Weights are spread when the variance of displacements is this share of a squared cell, or more.
+const SPREAD: f32 = 0.05;
+
+impl<const STATES: usize> Belief<STATES> {
+    /// The vehicle moved. With one heading, `heading_rad` is the vehicle's as its compass has it, halfway; with several
+    /// it is not used, each of them turns by itself.
+    pub fn predict(&mut self, motion: &Motion, heading_rad: f32) {
+        let numbers = [
+            motion.forward_px,
+            motion.right_px,
+            motion.yaw_rad,
+            motion.variance_px2,
+            motion.variance_rad2,
+        ];
+        if !numbers.iter().all(|number| number.is_finite()) {
+            return self.normalize(1.0);
+        }
+        let headings = self.cells.headings();
+        let halfway = if headings == 1 {
+            self.heading_rad = wrapped(heading_rad);
+            self.heading_rad
+        } else {
+            let halfway = self.heading_rad + motion.yaw_rad / 2.0;
+            self.heading_rad += motion.yaw_rad;
+            halfway
+        };
+        let step = core::f32::consts::TAU / f32::from(headings);
+        for layer in 0..headings {
+            let heading = wrapped(halfway + step * f32::from(layer));
+            let (sin, cos) = (F32Ext::sin(heading), F32Ext::cos(heading));
+            if let Some(offset) = self.offsets.get_mut(usize::from(layer)) {
+                offset.x_px += sin * motion.forward_px + cos * motion.right_px;
+                offset.y_px += sin * motion.right_px - cos * motion.forward_px;
+            }
+            self.carry(layer);
+        }
+        if headings > 1 {
+            self.turn(step);
+        }
+        let way = motion.forward_px * motion.forward_px + motion.right_px * motion.right_px;
+        self.way_px += crate::math::sqrt(way);
+        self.spread(motion, step);
+        self.normalize(motion.carried_away.clamp(0.0, 1.0));
+    }
+
+    /// Moves the weights of a heading by whole cells, so that its offset is at most half of one.
+    fn carry(&mut self, layer: u8) {
+        let side = self.cells.side_px();
+        let Some(offset) = self.offsets.get_mut(usize::from(layer)) else {
+            return;
+        };
+        let whole = |length: f32| crate::math::round_clamped(length / side, i16::MAX).0;
+        let (right, down) = (whole(offset.x_px), whole(offset.y_px));
+        if (right, down) == (0, 0) {
+            return;
+        }
+        offset.x_px -= f32::from(right) * side;
+        offset.y_px -= f32::from(down) * side;
+        let (columns, len) = (usize::from(self.cells.columns()), self.cells.layer());
+        let start = usize::from(layer) * len;
+        if let Some(weights) = self.weights.get_mut(start..start + len) {
+            shift(weights, columns, right.into(), down.into());
+        }
+    }
+
+    /// Turns the layers so that the first is within half a step of its heading.
+    fn turn(&mut self, step: f32) {
+        self.heading_rad = wrapped(self.heading_rad);
+        let (steps, _) = crate::math::round_clamped(self.heading_rad / step, i16::MAX);
+        if steps == 0 {
+            return;
+        }
+        self.heading_rad -= f32::from(steps) * step;
+        let headings = i32::from(self.cells.headings());
+        let turns = i32::from(steps).rem_euclid(headings) as usize;
+        let cells = self.cells.layer();
+        self.active().rotate_right(turns * cells);
+        if let Some(offsets) = self.offsets.get_mut(..headings as usize) {
+            offsets.rotate_right(turns);
+        }
+    }
+
+    /// Spreads the weights by what the displacements left uncertain.
+    fn spread(&mut self, motion: &Motion, step: f32) {
+        self.spread_px2 += motion.variance_px2.max(0.0);
+        self.spread_rad2 += motion.variance_rad2.max(0.0);
+        let side = self.cells.side_px();
+        let share = self.spread_px2 / (side * side);
+        let (columns, len) = (usize::from(self.cells.columns()), self.cells.layer());
+        if share >= SPREAD {
+            self.spread_px2 = 0.0;
+            // The kernel (a, 1 − 2a, a) has the variance 2a; as wide as it can be, it has two thirds.
+            let mut rest = share;
+            for _ in 0..8 {
+                let a = (rest / 2.0).min(1.0 / 3.0);
+                for layer in self.active().chunks_exact_mut(len.max(1)) {
+                    for row in layer.chunks_exact_mut(columns.max(1)) {
+                        blur(row, 1, a);
+                    }
+                    for column in 0..columns {
+                        blur(layer.get_mut(column..).unwrap_or_default(), columns, a);
+                    }
+                }
+                rest -= 2.0 * a;
+                if rest < SPREAD {
+                    break;
+                }
+            }
+        }
+        let share = self.spread_rad2 / (step * step);
+        if self.cells.headings() > 1 && share >= SPREAD {
+            self.spread_rad2 = 0.0;
+            let a = (share / 2.0).min(1.0 / 3.0);
+            for cell in 0..len {
+                ring(self.active().get_mut(cell..).unwrap_or_default(), len, a);
+            }
+        }
+    }
+}
+
+/// Moves a grid's weights to the right and down by whole cells; what leaves it is lost, what comes in is zero.
+fn shift(weights: &mut [f32], columns: usize, right: i32, down: i32) {
+    let rows = weights.len() / columns.max(1);
+    let (right_by, down_by) = (right.unsigned_abs() as usize, down.unsigned_abs() as usize);
+    if right_by >= columns || down_by >= rows {
+        return weights.fill(0.0);
+    }
+    let by = down * columns as i32 + right;
+    let kept = weights.len() - (by.unsigned_abs() as usize).min(weights.len());
+    if by >= 0 {
+        let start = weights.len() - kept;
+        weights.copy_within(..kept, start);
+    } else {
+        let start = weights.len() - kept;
+        weights.copy_within(start.., 0);
+    }
+    for (row, weights) in weights.chunks_exact_mut(columns).enumerate() {
+        let is_new = if down >= 0 {
+            row < down_by
+        } else {
+            row >= rows - down_by
+        };
+        let came_in = if is_new {
+            weights.get_mut(..)
+        } else if right >= 0 {
+            weights.get_mut(..right_by)
+        } else {
+            weights.get_mut(columns - right_by..)
+        };
+        came_in.unwrap_or_default().fill(0.0);
+    }
+}
+
+/// Convolves every `stride`th number from the first with (a, 1 − 2a, a); what would leave at the ends stays.
+fn blur(numbers: &mut [f32], stride: usize, a: f32) {
+    let mut before = numbers.first().copied().unwrap_or(0.0);
+    let mut iterator = numbers.iter_mut().step_by(stride).peekable();
+    while let Some(number) = iterator.next() {
+        let here = *number;
+        let after = iterator.peek().map_or(here, |after| **after);
+        *number = here + a * (before - here + (after - here));
+        before = here;
+    }
+}
+
+/// The same around a circle.
+fn ring(numbers: &mut [f32], stride: usize, a: f32) {
+    let first = numbers.first().copied().unwrap_or(0.0);
+    let mut before = numbers
+        .iter()
+        .step_by(stride)
+        .last()
+        .copied()
+        .unwrap_or(0.0);
+    let mut iterator = numbers.iter_mut().step_by(stride).peekable();
+    while let Some(number) = iterator.next() {
+        let here = *number;
+        let after = iterator.peek().map_or(first, |after| **after);
+        *number = here + a * (before - here + (after - here));
+        before = here;
+    }
+}
+
+impl<const STATES: usize> Belief<STATES> {
+    /// Where the vehicle would be in a state, from the center of its cell.
+    pub(super) fn offset(&self, layer: usize) -> Point {
+        self.offsets.get(layer).copied().unwrap_or(Point {
+            x_px: 0.0,
+            y_px: 0.0,
+        })
+    }
+}

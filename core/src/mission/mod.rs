@@ -1,0 +1,271 @@
+//! From a belief and a route to a commanded heading and speed: a pure state machine.
+//!
+//! ```text
+//!                         first frame                     confident
+//!            ┌──────┐  ─────────────────▶  ┌────────────┐ ─────────────▶ ┌───────────┐ ◀────────┐
+//!   start ─▶ │ boot │                      │ localizing │                │ following │          │ confident
+//!            └──────┘                      └────────────┘                └───────────┘ ──────▶ ┌──────┐
+//!                                                ▲                         │          patience │ lost │
+//!                                        another │               near goal │          is over  └──────┘
+//!                                           goal │        ┌─────────┐      │
+//!                                                └─────── │ arrived │ ◀────┘
+//!                                                         └─────────┘
+//! ```
+//!
+//! **What.** A [`Mission`] is a value: [`step`](Mission::step) makes the next one from the situation, and says what to
+//! do. It holds no map and no filter, and asks no clock.
+//!
+//! **Method.** Following a leg is line-of-sight guidance with an integral term (Børhaug, Pavlov and Pettersen 2008): the
+//! course leads to a point a [`lookahead`](Limits::lookahead_px) ahead on the leg, and the integral of the cross-track
+//! error turns it against wind and against a compass that is wrong. A vehicle that is farther from its leg than
+//! [`off_leg`](Limits::off_leg_px) takes the way from the place it is nearest to. Whoever does not know where it is
+//! flies on slowly: what it sees next may tell.
+//!
+//! **Units.** Headings in radians, clockwise from map-up; speeds as a share of the cruising speed.
+
+mod guidance;
+#[cfg(test)]
+mod tests;
+
+use crate::{
+    belief::Estimate,
+    landmark::Point,
+    route::{Leg, Router, TopologicalMap},
+};
+
+/// What the autopilot is asked to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Command {
+    /// Heading in radians, clockwise from map-up, in −π..=π.
+    pub heading_rad: f32,
+    /// Share of the cruising speed, 0 to 1.
+    pub speed: f32,
+}
+
+/// Where a mission stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum State {
+    /// No frame came yet.
+    Boot,
+    /// Frames come; where they were taken is not known yet.
+    Localizing,
+    /// On the way to the goal.
+    Following,
+    /// On the way, but it is not known any more where.
+    Lost,
+    /// At the goal.
+    Arrived,
+}
+
+/// What a mission goes by in one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Situation {
+    /// Where the vehicle most likely is; `None` before the first frame.
+    pub estimate: Option<Estimate>,
+    /// Heading that the autopilot holds by its own compass, in radians.
+    pub heading_rad: f32,
+    /// Time since the last step, in seconds.
+    pub step_s: f32,
+}
+
+/// Lengths and times that a mission keeps to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// How far ahead on its leg the vehicle aims, in map pixels.
+    pub lookahead_px: f32,
+    /// Farther from its leg than this, the vehicle looks for another one, in map pixels.
+    pub off_leg_px: f32,
+    /// Nearer to the goal than this it has arrived, in map pixels.
+    pub arrival_px: f32,
+    /// How long it follows its leg without being confident, in seconds.
+    pub patience_s: f32,
+    /// Speed without knowing where it is, as a share of the cruising speed.
+    pub searching_speed: f32,
+    /// Gain of the integral of the cross-track error, per second.
+    pub integral_gain: f32,
+}
+
+/// A mission: its state, and what it remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mission {
+    limits: Limits,
+    state: State,
+    leg: Option<Leg>,
+    /// Integral of the cross-track error, in map pixels.
+    integral_px: f32,
+    /// Since the last confident estimate, in seconds.
+    unsure_s: f32,
+    command: Command,
+}
+
+impl Limits {
+    /// What suits views whose footprint has that side, in map pixels: half a side ahead, one side off, a quarter to
+    /// arrive.
+    #[must_use]
+    pub fn for_footprint(footprint_px: f32) -> Self {
+        Self {
+            lookahead_px: footprint_px / 2.0,
+            off_leg_px: footprint_px,
+            arrival_px: footprint_px / 4.0,
+            patience_s: 5.0,
+            searching_speed: 0.4,
+            integral_gain: 0.2,
+        }
+    }
+}
+
+impl Mission {
+    /// A mission that has not begun.
+    #[must_use]
+    pub const fn new(limits: Limits) -> Self {
+        Self {
+            limits,
+            state: State::Boot,
+            leg: None,
+            integral_px: 0.0,
+            unsure_s: 0.0,
+            command: Command {
+                heading_rad: 0.0,
+                speed: 0.0,
+            },
+        }
+    }
+
+    /// Where it stands.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// The leg that is followed.
+    #[must_use]
+    pub fn leg(&self) -> Option<Leg> {
+        self.leg
+    }
+
+    /// What the autopilot was last asked to do.
+    #[must_use]
+    pub fn command(&self) -> Command {
+        self.command
+    }
+
+    /// The same mission with another goal, for which the caller plans anew.
+    #[must_use]
+    pub fn redirected(&self) -> Self {
+        let state = match self.state {
+            State::Arrived => State::Localizing,
+            state => state,
+        };
+        Self {
+            state,
+            leg: None,
+            ..*self
+        }
+    }
+
+    /// The mission after one more step, to the goal of `router`.
+    #[must_use]
+    pub fn step<const PLACES: usize>(
+        &self,
+        situation: &Situation,
+        map: &TopologicalMap<'_>,
+        router: &Router<PLACES>,
+    ) -> Self {
+        let Some(estimate) = situation.estimate else {
+            return *self;
+        };
+        let mut next = *self;
+        next.unsure_s = if estimate.is_confident() {
+            0.0
+        } else {
+            self.unsure_s + situation.step_s.max(0.0)
+        };
+        let is_sure = next.unsure_s == 0.0;
+        next.state = match self.state {
+            State::Arrived => State::Arrived,
+            _ if is_sure => State::Following,
+            State::Boot | State::Localizing => State::Localizing,
+            State::Following if next.unsure_s <= self.limits.patience_s => State::Following,
+            State::Following | State::Lost => State::Lost,
+        };
+        let goal = router.goal().and_then(|goal| map.point(goal));
+        if let (State::Following, true, Some(goal)) = (next.state, is_sure, goal)
+            && estimate.position.distance_px(goal) <= self.limits.arrival_px
+        {
+            next.state = State::Arrived;
+        }
+        next.act(situation, &estimate, map, router);
+        next
+    }
+
+    /// What to do in the new state.
+    fn act<const PLACES: usize>(
+        &mut self,
+        situation: &Situation,
+        estimate: &Estimate,
+        map: &TopologicalMap<'_>,
+        router: &Router<PLACES>,
+    ) {
+        match self.state {
+            State::Boot => {}
+            State::Arrived => {
+                self.leg = None;
+                self.command.speed = 0.0;
+            }
+            State::Localizing | State::Lost => {
+                // On as it was going, slowly.
+                if self.command.speed == 0.0 {
+                    self.command.heading_rad = situation.heading_rad;
+                }
+                self.leg = None;
+                self.integral_px = 0.0;
+                self.command.speed = self.limits.searching_speed;
+            }
+            State::Following => {
+                self.choose(estimate.position, map, router);
+                match self.leg {
+                    Some(leg) => self.follow(&leg, estimate, situation.step_s),
+                    // No way leads to the goal.
+                    None => self.command.speed = 0.0,
+                }
+            }
+        }
+    }
+
+    /// Keeps to its leg, goes on to the next, or finds another one.
+    fn choose<const PLACES: usize>(
+        &mut self,
+        position: Point,
+        map: &TopologicalMap<'_>,
+        router: &Router<PLACES>,
+    ) {
+        if let Some(leg) = self.leg {
+            let (along, across) = guidance::on_leg(&leg, position);
+            if across.abs() > self.limits.off_leg_px {
+                self.leg = None;
+            } else if along >= leg.length_px() - self.limits.lookahead_px / 2.0 {
+                // The last leg is flown to its end.
+                self.leg = router.next_leg(map, leg.to).or(Some(leg));
+            }
+        }
+        if self.leg.is_none() {
+            self.integral_px = 0.0;
+            self.leg = map.nearest(position).and_then(|place| {
+                router.length_px(place)?;
+                let end = map.point(place)?;
+                let approach = Leg {
+                    from: place,
+                    to: place,
+                    start: position,
+                    end,
+                };
+                // Near the place already: on from there.
+                let is_there = approach.length_px() <= self.limits.lookahead_px;
+                let next = router.next_leg(map, place).filter(|_| is_there);
+                Some(next.unwrap_or(approach))
+            });
+        }
+    }
+}

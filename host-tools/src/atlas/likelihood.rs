@@ -1,0 +1,126 @@
+//! What a distance says about where the vehicle is: the likelihood that a belief observes with.
+//!
+//! Views are rendered from the map around landmarks, deviated as in flight ([`Deviation::FLIGHT`]), and projected by the
+//! core. Of a sharpness s and a ceiling c, a view's posterior over the landmarks is proportional to
+//! exp(−s·min(δ, c)); those are taken under which the landmarks that the views were drawn around are likeliest, by the
+//! mean of the logarithm.
+
+use eigenmark_core::{
+    atlas::{Atlas, Likelihood},
+    eigenspace::Coefficients,
+    landmark::lattice::place,
+    preprocess::{View, reduce},
+};
+use rayon::prelude::*;
+
+use crate::{
+    evaluate::Deviation,
+    map::Map,
+    simulate::{Camera, seeded},
+};
+
+/// Landmarks that views are drawn around.
+const MAX_VIEWS: usize = 600;
+
+/// Seed of the deviations.
+const SEED: u64 = 0x0011_ce11;
+
+/// Sharpnesses per factor of ten that are tried.
+const PER_DECADE: i32 = 8;
+
+/// The least δ that a ceiling may be, and a sharpness is measured by.
+const LEAST: f32 = 1e-6;
+
+/// A view's dissimilarities: the one from the landmark it was drawn around, and all.
+struct Draw {
+    own: f32,
+    all: Vec<f32>,
+}
+
+/// The likelihood under which views of a map are located best, among all landmarks of an atlas. `None` when no landmark
+/// has room for a deviated view.
+pub(super) fn likelihood(map: &Map, atlas: &Atlas<'_>) -> Option<Likelihood> {
+    let draws = draws(map, atlas);
+    if draws.is_empty() {
+        return None;
+    }
+    let mut own: Vec<f32> = draws.iter().map(|draw| draw.own.max(LEAST)).collect();
+    own.sort_by(f32::total_cmp);
+    let at = |share: f64| own[((own.len() - 1) as f64 * share).round() as usize];
+    let median = at(0.5);
+    // What no view of a landmark reaches says that there is none.
+    let ceilings = [0.5, 0.75, 0.9, 0.95, 0.98, 1.0].map(at).into_iter();
+    let candidates: Vec<Likelihood> = ceilings
+        .flat_map(|ceiling| {
+            // Around one over the median: there a likelihood falls by e.
+            (-PER_DECADE..=4 * PER_DECADE).map(move |step| Likelihood {
+                sharpness: 10_f32.powf(step as f32 / PER_DECADE as f32) / median,
+                ceiling,
+            })
+        })
+        .collect();
+    let scored = candidates
+        .into_par_iter()
+        .map(|likelihood| (score(&draws, likelihood), likelihood));
+    let best = scored.max_by(|a, b| {
+        // Of equals the flatter: it claims less.
+        a.0.total_cmp(&b.0)
+            .then(b.1.sharpness.total_cmp(&a.1.sharpness))
+    });
+    best.map(|(_, likelihood)| likelihood)
+}
+
+/// Mean logarithm of the posterior of the right landmarks.
+fn score(draws: &[Draw], likelihood: Likelihood) -> f64 {
+    let Likelihood { sharpness, ceiling } = likelihood;
+    let logarithm = |squared: f32| f64::from(-sharpness * squared.min(ceiling));
+    let total: f64 = draws
+        .iter()
+        .map(|draw| {
+            let least = draw.all.iter().copied().fold(f32::MAX, f32::min);
+            let sum: f64 = draw
+                .all
+                .iter()
+                .map(|&squared| (logarithm(squared) - logarithm(least)).exp())
+                .sum();
+            logarithm(draw.own) - logarithm(least) - sum.ln()
+        })
+        .sum();
+    total / draws.len() as f64
+}
+
+/// Deviated views of evenly spread landmarks.
+fn draws(map: &Map, atlas: &Atlas<'_>) -> Vec<Draw> {
+    let camera = Camera::square_for(atlas);
+    let records = atlas.landmarks().records();
+    let count = records.len().min(MAX_VIEWS);
+    let per_landmark = (MAX_VIEWS / count).min(8);
+    // Between two landmarks of a dense table, the nearer one is right.
+    let footprint = f64::from(atlas.header().footprint_px);
+    let stride = atlas.lattices().iter().map(|lattice| lattice.stride_px);
+    let stride = f64::from(stride.fold(f32::MAX, f32::min));
+    let deviation = Deviation {
+        shift: Deviation::FLIGHT.shift.min(0.5 * stride / footprint),
+        ..Deviation::FLIGHT
+    };
+    (0..count * per_landmark)
+        .into_par_iter()
+        .filter_map(|index| {
+            let landmark = index / per_landmark * records.len() / count;
+            let mut random = seeded(SEED, index as u64);
+            let center = place(atlas.lattices(), records[landmark].view)?;
+            let (scene, _) = deviation.draw(map, &camera, center, &mut random)?;
+            let mut frame = camera.frame();
+            camera.render(map, &scene, &mut random, &mut frame);
+            let mut view = View::black(atlas.eigenspace().side());
+            reduce(&frame.as_frame(), &mut view);
+            let mut coefficients = Coefficients::zeros(atlas.eigenspace().dimensions());
+            atlas.eigenspace().project(&view, &mut coefficients)?;
+            let mut all = Vec::with_capacity(records.len());
+            let table = atlas.landmarks();
+            table.dissimilarities(&coefficients, |_, squared| all.push(squared));
+            let own = all[landmark];
+            Some(Draw { own, all })
+        })
+        .collect()
+}
