@@ -17,6 +17,7 @@
 //! | [`eigenspace`] | view → coefficients, distance from feature space | landmarks |
 //! | [`landmark`] | coefficients → nearest landmarks; where candidates lie on the map | frames |
 //! | [`explore`] | views → an eigenspace learned on the way, and landmarks chosen online | frames, maps, atlases |
+//! | [`track`] | frames → displacements, integrated to a place | maps, landmarks |
 //! | [`atlas`] | the flash bundle: one parser, one writer | where in memory it lies |
 //! | [`localizer`] | frame → fix | links, boards, time |
 //! | [`link`] | framed messages between a board and a host | the wire |
@@ -44,3 +45,4 @@ pub mod link;
 pub mod localizer;
 pub mod math;
 pub mod preprocess;
+pub mod track;
