@@ -18,10 +18,12 @@
 //! | [`landmark`] | coefficients → nearest landmarks; where candidates lie on the map | frames |
 //! | [`route`] | places and legs → the shortest way to a goal | landmarks, frames |
 //! | [`explore`] | views → an eigenspace learned on the way, and landmarks chosen online | frames, maps, atlases |
+//! | [`track`] | frames → displacements, integrated to a place | maps, landmarks |
 //! | [`atlas`] | the flash bundle: one parser, one writer | where in memory it lies |
 //! | [`localizer`] | frame → fix | links, boards, time |
 //! | [`belief`] | displacements and distances → where the vehicle may be | frames, routes |
 //! | [`mission`] | belief and route → commanded heading and speed | frames, links, time |
+//! | [`navigator`] | frames and instruments → commands, by all of the above | links, boards |
 //! | [`link`] | framed messages between a board and a host | the wire |
 //!
 //! # Promises
@@ -48,5 +50,7 @@ pub mod link;
 pub mod localizer;
 pub mod math;
 pub mod mission;
+pub mod navigator;
 pub mod preprocess;
 pub mod route;
+pub mod track;

@@ -19,6 +19,15 @@ pub struct Cells {
 }
 
 impl Cells {
+    /// One cell of one pixel at the origin.
+    pub(super) const SINGLE: Self = Self {
+        origin: super::ORIGIN,
+        side_px: 1.0,
+        columns: 1,
+        rows: 1,
+        headings: 1,
+    };
+
     /// The grid for an atlas with as many cells as `capacity` states have room for. Where its landmarks are one whole
     /// lattice, a cell is centered on every landmark, or on every second, third, … one.
     pub(super) fn of(atlas: &Atlas<'_>, capacity: usize) -> Self {

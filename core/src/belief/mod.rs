@@ -41,6 +41,11 @@ pub use predict::Motion;
 /// The largest number of headings.
 pub const MAX_HEADINGS: usize = 72;
 
+const ORIGIN: Point = Point {
+    x_px: 0.0,
+    y_px: 0.0,
+};
+
 /// Where the vehicle may be: at most `STATES` cells times headings.
 #[derive(Clone, Debug)]
 pub struct Belief<const STATES: usize> {
@@ -62,24 +67,26 @@ pub struct Belief<const STATES: usize> {
 }
 
 impl<const STATES: usize> Belief<STATES> {
-    /// Knows nothing: every state of the atlas's grid is as likely as any other.
+    /// Without a map yet: a single state. See [`begin`](Self::begin).
     #[must_use]
-    pub fn new(atlas: &Atlas<'_>) -> Self {
-        let mut belief = Self {
-            cells: Cells::of(atlas, STATES),
+    pub const fn new() -> Self {
+        Self {
+            cells: Cells::SINGLE,
             weights: [0.0; STATES],
             least: [0.0; STATES],
-            offsets: [Point {
-                x_px: 0.0,
-                y_px: 0.0,
-            }; MAX_HEADINGS],
+            offsets: [ORIGIN; MAX_HEADINGS],
             heading_rad: 0.0,
             spread_px2: 0.0,
             spread_rad2: 0.0,
             way_px: f32::INFINITY,
-        };
-        belief.forget();
-        belief
+        }
+    }
+
+    /// Begins with an atlas, of which it knows nothing: every state of its grid is as likely as any other.
+    pub fn begin(&mut self, atlas: &Atlas<'_>) {
+        self.cells = Cells::of(atlas, STATES);
+        self.heading_rad = 0.0;
+        self.forget();
     }
 
     /// The grid.
@@ -98,10 +105,7 @@ impl<const STATES: usize> Belief<STATES> {
     pub fn forget(&mut self) {
         let uniform = self.uniform();
         self.active().fill(uniform);
-        self.offsets.fill(Point {
-            x_px: 0.0,
-            y_px: 0.0,
-        });
+        self.offsets.fill(ORIGIN);
         (self.spread_px2, self.spread_rad2) = (0.0, 0.0);
         self.way_px = f32::INFINITY;
     }
@@ -128,5 +132,11 @@ impl<const STATES: usize> Belief<STATES> {
         for weight in self.active() {
             *weight = *weight * factor + floor;
         }
+    }
+}
+
+impl<const STATES: usize> Default for Belief<STATES> {
+    fn default() -> Self {
+        Self::new()
     }
 }

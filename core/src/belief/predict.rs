@@ -208,9 +208,6 @@ fn ring(numbers: &mut [f32], stride: usize, a: f32) {
 impl<const STATES: usize> Belief<STATES> {
     /// Where the vehicle would be in a state, from the center of its cell.
     pub(super) fn offset(&self, layer: usize) -> Point {
-        self.offsets.get(layer).copied().unwrap_or(Point {
-            x_px: 0.0,
-            y_px: 0.0,
-        })
+        self.offsets.get(layer).copied().unwrap_or(super::ORIGIN)
     }
 }

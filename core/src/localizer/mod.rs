@@ -118,6 +118,12 @@ impl<'a> Localizer<'a> {
         Some(fix)
     }
 
+    /// The coefficients of the last view that had any; zeros before the first.
+    #[must_use]
+    pub fn coefficients(&self) -> &Coefficients {
+        &self.coefficients
+    }
+
     /// How much of its view the last frame showed; all of it before the first.
     #[must_use]
     pub fn coverage(&self) -> Coverage {

@@ -1,0 +1,309 @@
+//! Frames and instruments → commands: everything that flies, put together.
+//!
+//! **What.** For every frame: path integration says how the vehicle moved, the belief moves with it; the frame, levelled
+//! by what the instruments say, is located and observed; the mission turns what is believed into a heading and a speed.
+//! With several goals the vehicle flies from one to the next.
+//!
+//! **Memory.** What is large lies in a [`Memory`], which is const-constructible, for a `static` on a board.
+//!
+//! **Without an instrument.** Without a compass the heading is that of path integration, without an altimeter the
+//! altitude is; without roll and pitch the camera is taken to look straight down. Without a frame, or when a frame cannot be
+//! related to the one before, the vehicle is taken to move on as it did.
+
+mod dead_reckoning;
+
+use heapless::Deque;
+
+use crate::{
+    atlas::Atlas,
+    belief::{Belief, Estimate, Motion, Observation},
+    frame::Frame,
+    localizer::{Fix, Localizer},
+    math::{sqrt, wrapped},
+    mission::{Command, Limits, Mission, Situation, State},
+    preprocess::{MAX_ALTITUDE_RATIO, MIN_ALTITUDE_RATIO, Pose, Tilt},
+    route::{Leg, RouteError, Router},
+    track::{Displacement, Odometry},
+};
+
+use dead_reckoning::DeadReckoning;
+
+/// Goals that can be given at once.
+pub const MAX_GOALS: usize = 32;
+
+/// What the vehicle is believed to be off by after a way, as a share of it: of a compass that is wrong by 10°.
+const ASTRAY: f32 = 0.15;
+
+/// How long that error stays the same, as a share of a view's side.
+const ASTRAY_FOR: f32 = 0.1;
+
+/// Probability per frame that the vehicle was carried away unseen.
+const CARRIED_AWAY: f32 = 1e-3;
+
+/// The same for a frame that cannot be related to the one before.
+const CARRIED_AWAY_IF_UNRELATED: f32 = 0.3;
+
+/// Way after which frames are independent of each other, as a share of a view's side, and the least worth of one.
+const INDEPENDENT: f32 = 0.25;
+const LEAST_WORTH: f32 = 0.3;
+
+/// Variance of an altimeter, relative: 5 %.
+const ALTIMETER_VARIANCE: f32 = 0.05 * 0.05;
+
+/// What the instruments say when a frame is taken; what is missing is `None`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Readings {
+    /// Heading in radians, clockwise from map-up.
+    pub heading_rad: Option<f32>,
+    /// Roll and pitch, and the camera's field of view.
+    pub tilt: Option<Tilt>,
+    /// Actual over nominal altitude.
+    pub altitude_ratio: Option<f32>,
+}
+
+/// What a navigator has room for: `STATES` of the belief (8 bytes each), `PLACES` of the topological map (8 bytes each),
+/// and 66 KiB of path integration.
+#[derive(Clone, Debug)]
+pub struct Memory<const STATES: usize, const PLACES: usize> {
+    odometry: Odometry,
+    belief: Belief<STATES>,
+    router: Router<PLACES>,
+}
+
+/// Flies an atlas's routes.
+#[derive(Debug)]
+pub struct Navigator<'a, const STATES: usize, const PLACES: usize> {
+    localizer: Localizer<'a>,
+    memory: &'a mut Memory<STATES, PLACES>,
+    goals: Deque<u16, MAX_GOALS>,
+    mission: Mission,
+    reckoning: DeadReckoning,
+    has_seen: bool,
+}
+
+/// What a navigator makes of one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guidance {
+    /// What the autopilot is asked to do.
+    pub command: Command,
+    /// Where the mission stands.
+    pub state: State,
+    /// The leg that is followed.
+    pub leg: Option<Leg>,
+    /// Where the vehicle is believed to be; `None` before the first frame.
+    pub estimate: Option<Estimate>,
+    /// The nearest landmark of this frame.
+    pub fix: Option<Fix>,
+    /// How the vehicle moved since the frame before, when that could be seen.
+    pub displacement: Option<Displacement>,
+}
+
+impl<const STATES: usize, const PLACES: usize> Memory<STATES, PLACES> {
+    /// Nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            odometry: Odometry::new(),
+            belief: Belief::new(),
+            router: Router::new(),
+        }
+    }
+}
+
+impl<const STATES: usize, const PLACES: usize> Default for Memory<STATES, PLACES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<'a, const STATES: usize, const PLACES: usize> Navigator<'a, STATES, PLACES> {
+    /// Begins anew with an atlas: it knows nothing, and has no goal.
+    #[must_use]
+    pub fn new(atlas: Atlas<'a>, memory: &'a mut Memory<STATES, PLACES>) -> Self {
+        memory.belief.begin(&atlas);
+        memory.odometry = Odometry::new();
+        let limits = Limits::for_footprint(atlas.header().footprint_px);
+        Self {
+            localizer: Localizer::new(atlas),
+            memory,
+            goals: Deque::new(),
+            mission: Mission::new(limits),
+            reckoning: DeadReckoning::default(),
+            has_seen: false,
+        }
+    }
+
+    /// Sets places (0-based) to fly to, one after the other, in place of those before.
+    ///
+    /// # Errors
+    /// When the first of them cannot be planned to. Goals beyond [`MAX_GOALS`] are left out.
+    pub fn go(&mut self, goals: &[u16]) -> Result<(), RouteError> {
+        self.goals.clear();
+        for &goal in goals {
+            if self.goals.push_back(goal).is_err() {
+                break;
+            }
+        }
+        self.next_goal().unwrap_or(Ok(()))
+    }
+
+    /// Goals after the present one.
+    #[must_use]
+    pub fn goals_left(&self) -> usize {
+        self.goals.len()
+    }
+
+    /// What it believes.
+    #[must_use]
+    pub fn belief(&self) -> &Belief<STATES> {
+        &self.memory.belief
+    }
+
+    /// The path so far, to which fixes add nothing.
+    #[must_use]
+    pub fn odometry(&self) -> &Odometry {
+        &self.memory.odometry
+    }
+
+    /// The same, to say where it starts.
+    pub fn odometry_mut(&mut self) -> &mut Odometry {
+        &mut self.memory.odometry
+    }
+
+    /// The atlas that it flies by.
+    #[must_use]
+    pub fn atlas(&self) -> &Atlas<'a> {
+        self.localizer.atlas()
+    }
+
+    /// Takes in a frame and what the instruments said, `step_s` seconds after the one before; `None` when the camera
+    /// gave nothing.
+    pub fn advance(
+        &mut self,
+        frame: Option<&Frame<'_>>,
+        readings: &Readings,
+        step_s: f32,
+    ) -> Guidance {
+        let footprint_px = self.atlas().header().footprint_px;
+        let (mut displacement, mut fix) = (None, None);
+        self.reckoning.wait(step_s);
+        if let Some(frame) = frame {
+            displacement = self.memory.odometry.advance(frame, readings.tilt);
+            if let Some(ratio) = readings.altitude_ratio {
+                let variance = ALTIMETER_VARIANCE * ratio * ratio;
+                self.memory.odometry.correct_altitude(ratio, variance);
+            }
+            self.has_seen = true;
+        }
+        let heading_rad = self.heading(readings);
+        if let Some(motion) = self.motion(frame.is_some(), displacement.as_ref(), footprint_px) {
+            self.memory.belief.predict(&motion, heading_rad);
+        }
+        if let Some(frame) = frame {
+            fix = self.locate(frame, readings, heading_rad);
+            if fix.is_some() {
+                let observation = Observation {
+                    independent_px: INDEPENDENT * footprint_px,
+                    least_worth: LEAST_WORTH,
+                };
+                let atlas = self.localizer.atlas();
+                let coefficients = self.localizer.coefficients();
+                self.memory
+                    .belief
+                    .observe(atlas, coefficients, &observation);
+            }
+        }
+        let estimate = self
+            .has_seen
+            .then(|| self.memory.belief.estimate(footprint_px));
+        self.decide(estimate, heading_rad, step_s);
+        Guidance {
+            command: self.mission.command(),
+            state: self.mission.state(),
+            leg: self.mission.leg(),
+            estimate,
+            fix,
+            displacement,
+        }
+    }
+
+    /// The mission's next step; at a goal, the next goal.
+    fn decide(&mut self, estimate: Option<Estimate>, heading_rad: f32, step_s: f32) {
+        let situation = Situation {
+            estimate,
+            heading_rad,
+            step_s,
+        };
+        let topology = self.localizer.atlas().topology();
+        let mission = self.mission.step(&situation, topology, &self.memory.router);
+        self.mission = mission;
+        // Goals that cannot be reached are left out.
+        if mission.state() == State::Arrived {
+            while self.next_goal().is_some_and(|plan| plan.is_err()) {}
+        }
+    }
+
+    /// Plans to the next goal; `None` when there is none.
+    fn next_goal(&mut self) -> Option<Result<(), RouteError>> {
+        let goal = self.goals.pop_front()?;
+        let topology = *self.localizer.atlas().topology();
+        let plan = self.memory.router.plan(&topology, goal);
+        if plan.is_ok() {
+            self.mission = self.mission.redirected();
+        }
+        Some(plan)
+    }
+
+    fn heading(&self, readings: &Readings) -> f32 {
+        let known = readings.heading_rad.filter(|heading| heading.is_finite());
+        wrapped(known.unwrap_or_else(|| self.memory.odometry.placement().heading_rad))
+    }
+
+    /// The frame's fix, levelled by what is known of its pose.
+    fn locate(&mut self, frame: &Frame<'_>, readings: &Readings, heading_rad: f32) -> Option<Fix> {
+        let ratio = readings
+            .altitude_ratio
+            .unwrap_or_else(|| self.memory.odometry.placement().altitude_ratio)
+            .clamp(MIN_ALTITUDE_RATIO, MAX_ALTITUDE_RATIO);
+        let pose = Pose::new(heading_rad, ratio).ok()?;
+        let tilted = readings.tilt.and_then(|tilt| {
+            pose.tilted(tilt.roll_rad(), tilt.pitch_rad(), tilt.field_of_view_rad())
+                .ok()
+        });
+        self.localizer.locate_at(frame, &tilted.unwrap_or(pose))
+    }
+
+    /// How the belief is to move; `None` while there is nothing to move it for.
+    fn motion(
+        &mut self,
+        has_frame: bool,
+        displacement: Option<&Displacement>,
+        footprint_px: f32,
+    ) -> Option<Motion> {
+        let (moved, variance, carried_away) = match displacement {
+            Some(displacement) => {
+                self.reckoning.learn(displacement);
+                let covariance = displacement.covariance;
+                let seen = (covariance.m11 + covariance.m22) / 2.0;
+                (self.reckoning.take(), seen, CARRIED_AWAY)
+            }
+            // Gone on as before, more or less.
+            None if has_frame || self.reckoning.is_overdue() => {
+                let moved = self.reckoning.take();
+                let way = moved.forward * moved.forward + moved.right * moved.right;
+                (moved, way / 4.0, CARRIED_AWAY_IF_UNRELATED)
+            }
+            None => return None,
+        };
+        let way = sqrt(moved.forward * moved.forward + moved.right * moved.right);
+        let astray = ASTRAY * ASTRAY * ASTRAY_FOR * way;
+        Some(Motion {
+            forward_px: moved.forward * footprint_px,
+            right_px: moved.right * footprint_px,
+            yaw_rad: moved.yaw_rad,
+            variance_px2: (variance + astray) * footprint_px * footprint_px,
+            variance_rad2: displacement.map_or(0.01, |displacement| displacement.covariance.m33),
+            carried_away,
+        })
+    }
+}

@@ -1,0 +1,199 @@
+//! Where a frame has texture in both directions: corners by the smallest eigenvalue of the structure tensor.
+//!
+//! **What.** A window can be found again when its gradients g point everywhere: when the smaller eigenvalue of
+//! Σ g·gᵀ, the matrix that tracking has to invert, is large (Shi and Tomasi 1994).
+//!
+//! **Method.** On the half-sized level, central differences are multiplied and summed over cells of 2×2 pixels, and
+//! those over windows of 3×3 cells: 12×12 pixels of the frame, just what is tracked. All of that in integers. In every
+//! block of 4×4 cells the best window is a candidate. Candidates are taken best first, but no two closer than a
+//! distance, which shrinks while too few were found: first corners are spread, then gaps are filled. Deviations from
+//! the paper:
+//! 1. Windows lie on a raster of 4 pixels: tracking needs no point to be a local maximum, and texture is as good there.
+//! 2. No threshold relative to the best corner: one bright roof would leave fields without any.
+
+use heapless::Vec;
+
+use super::{MAX_TRACKS, Track, level::Level};
+use crate::math::sqrt;
+
+/// Pixels of a level per cell and direction.
+const CELL: usize = 2;
+
+/// Cells per block and direction.
+const BLOCK: usize = 4;
+
+/// Cells of the largest level per direction, without its border pixel: of 100 pixels at half size.
+const MAX_CELLS: usize = 49;
+
+/// Blocks of them per direction.
+const MAX_BLOCKS: usize = MAX_CELLS.div_ceil(BLOCK);
+
+/// Frames below this side, in pixels, are looked at themselves, not at half size.
+const MIN_HALVED_SIDE_PX: u16 = 64;
+
+/// The smallest eigenvalue of a corner, as a mean squared slope in gray levels per pixel of the level. Sensor noise of
+/// two gray levels has 0.5.
+const MIN_SLOPE: f32 = 2.0;
+
+/// An eigenvalue is the sum over 36 pixels of squared differences over two pixels.
+const MIN_EIGENVALUE: f32 = MIN_SLOPE * 4.0 * 36.0;
+
+/// Distances between corners that are tried, as shares of the frame's side.
+const SPACINGS: [f32; 3] = [1.0 / 6.0, 1.0 / 9.0, 1.0 / 14.0];
+
+/// The middle of a window with texture in both directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Corner {
+    /// Position in the tracked square, [x, y] in pixels from its top-left corner.
+    pub at_px: [f32; 2],
+    /// The smaller eigenvalue of the structure tensor; 0 for no corner.
+    pub eigenvalue: f32,
+}
+
+/// Sums of products of differences over a cell: xx, xy, yy.
+type Tensor = [i32; 3];
+
+/// A row of cells.
+type Row = [Tensor; MAX_CELLS];
+
+/// The best window of every block.
+pub struct Candidates {
+    corners: [Corner; MAX_BLOCKS * MAX_BLOCKS],
+    side_px: f32,
+}
+
+impl Candidates {
+    /// The best windows of a frame, given its finest level and the next.
+    #[inline(never)]
+    pub fn find(base: &Level<'_>, half: &Level<'_>) -> Self {
+        let mut candidates = Self {
+            corners: [Corner::default(); MAX_BLOCKS * MAX_BLOCKS],
+            side_px: base.side.into(),
+        };
+        let (level, scale) = if base.side < MIN_HALVED_SIDE_PX {
+            (base, 1.0)
+        } else {
+            (half, 2.0)
+        };
+        let cells = (usize::from(level.side).saturating_sub(2) / CELL).min(MAX_CELLS);
+        let mut rows = [[Tensor::default(); MAX_CELLS]; 3];
+        for y in 0..cells {
+            rows.rotate_left(1);
+            let [first, second, third] = &mut rows;
+            sum_cells(level, y, third);
+            if y < 2 {
+                continue;
+            }
+            // The sums of three rows; the window's middle is that of the row before.
+            let mut sums = [Tensor::default(); MAX_CELLS];
+            for (sum, ((a, b), c)) in sums.iter_mut().zip(first.iter().zip(&*second).zip(&*third)) {
+                *sum = add(*a, add(*b, *c));
+            }
+            let middle = |cell: usize| ((cell * CELL) as f32 + 2.0) * scale;
+            let row = (y - 1) / BLOCK * MAX_BLOCKS;
+            for (x, three) in sums.windows(3).enumerate().take(cells.saturating_sub(2)) {
+                let &[a, b, c] = three else { continue };
+                let tensor = add(a, add(b, c));
+                let Some(best) = candidates.corners.get_mut(row + (x + 1) / BLOCK) else {
+                    continue;
+                };
+                if let Some(eigenvalue) = smaller_eigenvalue(tensor, best.eigenvalue) {
+                    *best = Corner {
+                        at_px: [middle(x + 1), middle(y - 1)],
+                        eigenvalue,
+                    };
+                }
+            }
+        }
+        candidates
+    }
+
+    /// Takes corners best first, away from each other and from those `present`, until `take` refuses one.
+    pub fn spread(
+        &mut self,
+        present: &[Track],
+        is_allowed: impl Fn([f32; 2]) -> bool,
+        mut take: impl FnMut(Corner) -> bool,
+    ) {
+        for corner in &mut self.corners {
+            if !is_allowed(corner.at_px) {
+                corner.eigenvalue = 0.0;
+            }
+        }
+        let mut taken: Vec<[f32; 2], MAX_TRACKS> = Vec::new();
+        for spacing in SPACINGS {
+            let spacing_px = spacing * self.side_px;
+            // Those too close to another; they may do at the next spacing.
+            let mut corners = self.corners;
+            for at_px in present
+                .iter()
+                .map(|track| track.at_px)
+                .chain(taken.iter().copied())
+            {
+                remove_near(&mut corners, at_px, spacing_px);
+            }
+            while let Some(best) = best(&corners) {
+                if taken.push(best.at_px).is_err() || !take(best) {
+                    return;
+                }
+                remove_near(&mut corners, best.at_px, spacing_px);
+            }
+        }
+    }
+}
+
+fn add(a: Tensor, b: Tensor) -> Tensor {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// The tensors of a row of cells.
+fn sum_cells(level: &Level<'_>, y: usize, cells: &mut Row) {
+    *cells = [Tensor::default(); MAX_CELLS];
+    for y in [1 + y * CELL, 2 + y * CELL] {
+        let (above, row, below) = (level.row(y - 1), level.row(y), level.row(y + 1));
+        // Pixels 1 and 2 of these belong to the cell.
+        let steps = above.windows(4).zip(row.windows(4)).zip(below.windows(4));
+        for (cell, ((above, row), below)) in cells.iter_mut().zip(steps.step_by(CELL)) {
+            let (&[_, a1, a2, _], &[r0, r1, r2, r3], &[_, b1, b2, _]) = (above, row, below) else {
+                continue;
+            };
+            for [left, right, top, bottom] in [[r0, r2, a1, b1], [r1, r3, a2, b2]] {
+                let x = i32::from(right) - i32::from(left);
+                let y = i32::from(bottom) - i32::from(top);
+                *cell = add(*cell, [x * x, x * y, y * y]);
+            }
+        }
+    }
+}
+
+/// The smaller eigenvalue where it is above both `limit` and what a corner needs.
+fn smaller_eigenvalue([xx, xy, yy]: Tensor, limit: f32) -> Option<f32> {
+    let limit = limit.max(MIN_EIGENVALUE);
+    // It is at most the smaller of the two: most windows end here.
+    if xx.min(yy) as f32 <= limit {
+        return None;
+    }
+    let (sum, difference, xy) = ((xx + yy) as f32, (xx - yy) as f32, xy as f32);
+    let eigenvalue = 0.5 * (sum - sqrt(difference * difference + 4.0 * xy * xy));
+    (eigenvalue > limit).then_some(eigenvalue)
+}
+
+fn best(corners: &[Corner]) -> Option<Corner> {
+    let mut best = Corner::default();
+    for corner in corners {
+        if corner.eigenvalue > best.eigenvalue {
+            best = *corner;
+        }
+    }
+    (best.eigenvalue > 0.0).then_some(best)
+}
+
+fn remove_near(corners: &mut [Corner], [x, y]: [f32; 2], distance_px: f32) {
+    for corner in corners {
+        let [dx, dy] = [corner.at_px[0] - x, corner.at_px[1] - y];
+        if dx * dx + dy * dy < distance_px * distance_px {
+            corner.eigenvalue = 0.0;
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Frames → where the vehicle is, relative to where it started: visual path integration.
+//!
+//! Report appendix B, algorithm B.1, corrected: corners are detected, tracked from frame to frame, and dropped where
+//! they are about to leave; new ones are looked for where the ground comes in.
+
+mod corner;
+mod follow;
+mod ground;
+mod level;
+mod odometry;
+mod patch;
+mod placement;
+mod similarity;
+#[cfg(test)]
+mod tests;
+
+pub use level::MAX_SIDE_PX;
+pub use odometry::Odometry;
+pub use placement::{Covariance, Displacement, Placement};
+
+/// Corners that are tracked at most: the number that the budget is made for.
+pub const MAX_TRACKS: usize = 20;
+
+/// A corner that is followed from frame to frame.
+///
+/// Positions are [x, y] in pixels from the top-left corner of the tracked square: the frame's largest centered square, or
+/// the middle [`MAX_SIDE_PX`] pixels of a larger one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Track {
+    /// No other track of the same odometry has this number.
+    pub id: u32,
+    /// Frames since it was detected.
+    pub age: u16,
+    /// Where it is in the present frame.
+    pub at_px: [f32; 2],
+    /// Where it was in the frame before.
+    pub before_px: [f32; 2],
+    /// Where it is in the frame that it is tracked from.
+    reference_px: [f32; 2],
+    /// Where it lies in the plane of path integration, in sides: as seen when it was detected.
+    anchor: [f32; 2],
+}
+
+impl Track {
+    /// How far it moved since the frame that it is tracked from, in pixels, squared.
+    fn moved_squared(&self) -> f32 {
+        let [dx, dy] = [0, 1].map(|axis| self.at_px[axis] - self.reference_px[axis]);
+        dx * dx + dy * dy
+    }
+}
