@@ -9,6 +9,7 @@
 //! | [`dense`] | the projection of the window at every pixel of a map | `eigenspace` |
 //! | [`select`] | which candidates become landmarks, and how far selections agree | `landmark`, `explore` |
 //! | [`atlas`] | folds, quantizes, calibrates, reads and writes atlases | `atlas` |
+//! | [`topology`] | which landmarks make places, and between which a vehicle can fly | `route` |
 //! | [`train`] | the whole way, from map to atlas, also in parts | — |
 //! | [`simulate`] | a camera over the map | — |
 //! | [`evaluate`] | how far landmarks can be trusted, where the map could be mistaken; selections side by side | `localizer` |
@@ -28,4 +29,5 @@ pub mod output;
 pub mod report;
 pub mod select;
 pub mod simulate;
+pub mod topology;
 pub mod train;

@@ -9,6 +9,7 @@ use std::{
 use eigenmark_core::{
     atlas::{Atlas, AtlasError, Contents, Header, emit, emitted_len},
     landmark::Record,
+    route::Place,
 };
 
 /// The largest atlas file that is read: more than any microcontroller's flash.
@@ -79,6 +80,23 @@ impl AtlasBuffer {
         header: &Header,
         records: &[Record],
     ) -> Result<Self, AtlasError> {
+        let topology = atlas.topology();
+        Self::again(
+            atlas,
+            header,
+            records,
+            topology.places(),
+            topology.stored_legs(),
+        )
+    }
+
+    fn again(
+        atlas: &Atlas<'_>,
+        header: &Header,
+        records: &[Record],
+        places: &[Place],
+        legs: &[u16],
+    ) -> Result<Self, AtlasError> {
         let (eigenspace, landmarks) = (atlas.eigenspace(), atlas.landmarks());
         let rows = (0..landmarks.len()).flat_map(|index| landmarks.coefficients(index));
         Self::emit(&Contents {
@@ -89,9 +107,23 @@ impl AtlasBuffer {
             coefficients: &rows.collect::<Vec<i16>>(),
             records,
             thumbnails: atlas.thumbnails(),
-            places: atlas.topology().places(),
-            legs: atlas.topology().stored_legs(),
+            places,
+            legs,
         })
+    }
+
+    /// Writes `atlas` again with other places and legs.
+    ///
+    /// # Errors
+    /// What the core has against them.
+    pub fn with_topology(
+        atlas: &Atlas<'_>,
+        places: &[Place],
+        legs: &[u16],
+    ) -> Result<Self, AtlasError> {
+        let mut header = atlas.header().clone();
+        (header.places, header.legs) = (places.len() as u32, legs.len() as u32);
+        Self::again(atlas, &header, atlas.landmarks().records(), places, legs)
     }
 
     /// Copies an atlas from bytes.

@@ -33,6 +33,10 @@ pub struct Summary {
     pub covered_variance: f32,
     /// Limits of known: distance, and distance from feature space.
     pub known: KnownLimits,
+    /// Number of places of the topological map.
+    pub places: usize,
+    /// Number of legs between them, each of which can be flown both ways.
+    pub legs: usize,
     /// How it was trained.
     pub settings: SettingsSummary,
     /// The map it was trained on.
@@ -129,6 +133,8 @@ impl Summary {
                 distance: header.limits.distance,
                 from_feature_space: header.limits.from_feature_space,
             },
+            places: atlas.topology().len(),
+            legs: atlas.topology().stored_legs().len() / 2,
             settings: SettingsSummary {
                 scale: training.scale,
                 blur: blur_name(training.blur),

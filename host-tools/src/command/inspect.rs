@@ -82,6 +82,11 @@ pub fn print(out: &mut impl Write, path: &Path, summary: &Summary) -> anyhow::Re
         "  known      distance up to {:.4}, distance from feature space up to {:.4e}",
         summary.known.distance, summary.known.from_feature_space
     )?;
+    writeln!(
+        out,
+        "  places     {}, {} legs between them",
+        summary.places, summary.legs
+    )?;
     writeln!(out, "  landmarks  {}", summary.landmarks)?;
     writeln!(
         out,

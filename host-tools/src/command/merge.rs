@@ -10,7 +10,7 @@ use eigenmark::{
     train::{Part, merge},
 };
 
-use super::train::{check_export, deliver};
+use super::train::{PlacesArgs, check_export, deliver};
 
 /// Join the parts that `train --shard` wrote to the atlas that one run would write
 #[derive(Debug, Args)]
@@ -27,6 +27,8 @@ pub struct Cmd {
     /// Also write views, eigenspace, distances and ranking as NumPy files into this directory
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
+    #[command(flatten)]
+    places: PlacesArgs,
     /// Print what was made as JSON
     #[arg(long)]
     json: bool,
@@ -45,8 +47,9 @@ impl Cmd {
             check_export(&map, &part.settings, directory).with_context(|| self.map.clone())?;
         }
         let with_profile = self.export.is_some();
-        let trained = merge(&map, parts, with_profile, &Progress::Stderr)
+        let mut trained = merge(&map, parts, with_profile, &Progress::Stderr)
             .with_context(|| self.map.clone())?;
+        self.places.add_to(&map, &mut trained)?;
         deliver(&trained, &self.out, self.export.as_deref(), self.json)
     }
 }

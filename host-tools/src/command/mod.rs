@@ -9,6 +9,7 @@ mod inspect;
 mod localize;
 mod merge;
 mod poses;
+mod route;
 mod segment;
 mod settings;
 mod train;
@@ -54,6 +55,7 @@ enum Command {
     Experiment(experiment::Cmd),
     Localize(localize::Cmd),
     Inspect(inspect::Cmd),
+    Route(route::Cmd),
 }
 
 /// Parses the command line and runs it.
@@ -75,6 +77,7 @@ pub fn run() -> ExitCode {
         Command::Experiment(cmd) => cmd.run(),
         Command::Localize(cmd) => cmd.run(),
         Command::Inspect(cmd) => cmd.run(),
+        Command::Route(cmd) => cmd.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -13,6 +13,7 @@ use eigenmark::{
     map::{Map, open_color},
     output::{Progress, check_directory, check_target, create_dir, write_file, write_npy},
     report::{AtlasReport, atlas_cell, atlas_report},
+    topology,
     train::{Shard, Trained, fold_shard, train},
 };
 use serde_json::json;
@@ -42,11 +43,39 @@ pub struct Cmd {
     /// Also write what there is to see of it as a page: views, eigenspace, distances, landmarks and what they tolerate
     #[arg(long, value_name = "HTML", conflicts_with = "shard")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    places: PlacesArgs,
     /// Print what was made as JSON
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     selection: SelectionArgs,
+}
+
+/// Where the places of the topological map come from.
+#[derive(Debug, Args)]
+pub struct PlacesArgs {
+    /// Places and legs of the topological map: auto (landmarks that are recognized in flight, half a view apart), none, or
+    /// a JSON file as `route --json` prints it [default: auto with --stride, else none]
+    #[arg(long, value_name = "auto|none|FILE")]
+    places: Option<String>,
+}
+
+impl PlacesArgs {
+    /// Adds the places to what was trained.
+    pub fn add_to(&self, map: &Map, trained: &mut Trained) -> anyhow::Result<()> {
+        let is_dense = trained.settings.stride_px.is_some();
+        let default = if is_dense { "auto" } else { "none" };
+        let atlas = trained.atlas.atlas();
+        let network = match self.places.as_deref().unwrap_or(default) {
+            "none" => return Ok(()),
+            "auto" => topology::lay_out(map, &atlas, &Progress::Stderr),
+            file => topology::read(Path::new(file), &atlas)?,
+        };
+        let charted = network.add_to(&atlas)?;
+        trained.atlas = charted;
+        Ok(())
+    }
 }
 
 /// The largest distance matrix that is exported: 8192² numbers are 512 MiB.
@@ -68,8 +97,9 @@ impl Cmd {
             check_export(&map, &settings, directory).with_context(|| self.map.clone())?;
         }
         let with_profile = self.export.is_some();
-        let trained = train(&map, &settings, with_profile, &Progress::Stderr)
+        let mut trained = train(&map, &settings, with_profile, &Progress::Stderr)
             .with_context(|| self.map.clone())?;
+        self.places.add_to(&map, &mut trained)?;
         deliver(&trained, &self.out, self.export.as_deref(), self.json)?;
         if let Some(report) = &self.report {
             let summary = Summary::of(&trained.atlas());
