@@ -4,6 +4,7 @@
 //! they are about to leave; new ones are looked for where the ground comes in.
 
 mod corner;
+mod digest;
 mod follow;
 mod ground;
 mod level;
@@ -14,6 +15,7 @@ mod similarity;
 #[cfg(test)]
 mod tests;
 
+pub use digest::{digest, see_ground};
 pub use level::MAX_SIDE_PX;
 pub use odometry::Odometry;
 pub use placement::{Covariance, Displacement, Placement};

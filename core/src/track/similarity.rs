@@ -199,8 +199,8 @@ fn fit(pairs: &[Pair], takes_part: impl Fn(&Pair) -> bool, floor: f32) -> Option
         let q = Vector2::from(pair.to) - to;
         along += p.dot(&q);
         across += p.x * q.y - p.y * q.x;
-        spread += p.norm_squared();
-        moved += q.norm_squared();
+        spread += p.dot(&p);
+        moved += q.dot(&q);
     }
     if spread <= 0.0 || moved <= 0.0 {
         return None;

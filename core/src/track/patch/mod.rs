@@ -141,7 +141,7 @@ impl Template {
         let both = self.variance * (self.variance + 2.0 * et + ee);
         Some(Match {
             at_px: [of(0, step.x), of(1, step.y)],
-            step_squared: step.norm_squared(),
+            step_squared: step.dot(&step),
             correlation: if both > 0.0 {
                 (self.variance + et) / crate::math::sqrt(both)
             } else {
