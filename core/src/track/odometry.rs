@@ -16,6 +16,9 @@ use super::{
 };
 use crate::{frame::Frame, preprocess::Tilt};
 
+/// Corners that tell others where to look.
+const SURPRISES: usize = 5;
+
 /// With fewer corners, new ones are looked for everywhere.
 const FEW: usize = MAX_TRACKS / 2;
 
@@ -279,15 +282,25 @@ impl Odometry {
         // The vehicle goes on as it went.
         let motion = self.motion.unwrap_or(Similarity::IDENTITY);
         let to_ground = self.pose().after(&motion).inverse();
+        let mut surprises = Surprises::default();
+        for is_inner in [true, false] {
+            for track in &mut self.tracks {
+                let guess = ground.project(to_ground.apply(track.anchor));
+                let Some(guess) = guess.filter(|_| is_inner == track.is_inner(self.side_px)) else {
+                    continue;
+                };
+                track.before_px = track.at_px;
+                track.found_px = follow(&from, &to, track.reference_px, surprises.add_to(guess));
+                if let Some(found) = track.found_px {
+                    surprises.note(guess, found);
+                }
+            }
+        }
         let mut pairs: Vec<Pair, MAX_TRACKS> = Vec::new();
         self.tracks.retain_mut(|track| {
-            let Some(guess) = ground.project(to_ground.apply(track.anchor)) else {
+            let Some(found) = track.found_px.take() else {
                 return false;
             };
-            let Some(found) = follow(&from, &to, track.reference_px, guess) else {
-                return false;
-            };
-            track.before_px = track.at_px;
             track.at_px = found;
             track.age = track.age.saturating_add(1);
             let pair = ground.level(found).map(|from| Pair {
@@ -404,6 +417,7 @@ impl Odometry {
                         age: 0,
                         at_px: corner.at_px,
                         before_px: corner.at_px,
+                        found_px: None,
                         reference_px: corner.at_px,
                         anchor: pose.apply(ground),
                     })
@@ -437,6 +451,39 @@ impl Odometry {
 impl Default for Odometry {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// How far corners were from where they should have been.
+#[derive(Default)]
+struct Surprises {
+    moves: Vec<[f32; 2], SURPRISES>,
+}
+
+impl Surprises {
+    /// Where a corner should be, seeing where others were: moved by the medians of the first ones' surprises.
+    fn add_to(&self, guess: [f32; 2]) -> [f32; 2] {
+        if !self.moves.is_full() {
+            return guess;
+        }
+        [guess[0] + self.median(0), guess[1] + self.median(1)]
+    }
+
+    fn note(&mut self, guess: [f32; 2], found: [f32; 2]) {
+        // Those that come when it is full are not needed.
+        let _ = self.moves.push([found[0] - guess[0], found[1] - guess[1]]);
+    }
+
+    /// The one of an odd number that as many are above as below.
+    fn median(&self, axis: usize) -> f32 {
+        let values = || self.moves.iter().filter_map(move |by| by.get(axis).copied());
+        let below = |value: f32| values().filter(|&other| other < value).count();
+        let half = self.moves.len() / 2;
+        let is_median = |&value: &f32| {
+            let equal = values().filter(|&other| other == value).count();
+            (below(value)..below(value) + equal).contains(&half)
+        };
+        values().find(is_median).unwrap_or_default()
     }
 }
 
