@@ -4,6 +4,7 @@
 //! they are about to leave; new ones are looked for where the ground comes in.
 
 mod corner;
+mod digest;
 mod follow;
 mod ground;
 mod level;
@@ -14,12 +15,17 @@ mod similarity;
 #[cfg(test)]
 mod tests;
 
+pub use digest::{digest, see_ground};
 pub use level::MAX_SIDE_PX;
 pub use odometry::Odometry;
 pub use placement::{Covariance, Displacement, Placement};
 
 /// Corners that are tracked at most: the number that the budget is made for.
 pub const MAX_TRACKS: usize = 20;
+
+/// Windows around corners this far from the border, in pixels, fit on all levels: seven pixels of the coarsest, and two
+/// to spare.
+const INNER_PX: f32 = 36.0;
 
 /// A corner that is followed from frame to frame.
 ///
@@ -36,6 +42,8 @@ pub struct Track {
     pub at_px: [f32; 2],
     /// Where it was in the frame before.
     pub before_px: [f32; 2],
+    /// Where it was found in the frame that is looked at.
+    found_px: Option<[f32; 2]>,
     /// Where it is in the frame that it is tracked from.
     reference_px: [f32; 2],
     /// Where it lies in the plane of path integration, in sides: as seen when it was detected.
@@ -43,6 +51,12 @@ pub struct Track {
 }
 
 impl Track {
+    /// Whether windows fit on all levels, also after a few pixels' way.
+    fn is_inner(&self, side_px: u16) -> bool {
+        let inner = INNER_PX..=f32::from(side_px) - INNER_PX;
+        self.at_px.iter().all(|at| inner.contains(at))
+    }
+
     /// How far it moved since the frame that it is tracked from, in pixels, squared.
     fn moved_squared(&self) -> f32 {
         let [dx, dy] = [0, 1].map(|axis| self.at_px[axis] - self.reference_px[axis]);

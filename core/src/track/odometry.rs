@@ -16,6 +16,9 @@ use super::{
 };
 use crate::{frame::Frame, preprocess::Tilt};
 
+/// Corners that tell others where to look.
+const SURPRISES: usize = 5;
+
 /// With fewer corners, new ones are looked for everywhere.
 const FEW: usize = MAX_TRACKS / 2;
 
@@ -60,12 +63,13 @@ pub struct Odometry {
     side_px: u16,
     tracks: Vec<Track, MAX_TRACKS>,
     next_id: u32,
-    /// From ground positions below the vehicle to the plane.
-    pose: Similarity,
+    /// From ground positions below the vehicle to the plane; none is the origin. So an odometry starts as nothing but
+    /// zeros, and a static one needs no copy in flash.
+    pose: Option<Similarity>,
     /// The turn of the pose at the reference.
     reference_turn: [f32; 2],
-    /// From ground positions below the vehicle at the present frame to those at the one before.
-    motion: Similarity,
+    /// From ground positions below the vehicle at the present frame to those at the one before, if known.
+    motion: Option<Similarity>,
     /// Of the place of all anchors, seen from the vehicle.
     common: Covariance,
     /// Of the vehicle's place among the anchors.
@@ -88,9 +92,9 @@ impl Odometry {
             side_px: 0,
             tracks: Vec::new(),
             next_id: 0,
-            pose: Similarity::IDENTITY,
-            reference_turn: Similarity::IDENTITY.turn,
-            motion: Similarity::IDENTITY,
+            pose: None,
+            reference_turn: [0.0; 2],
+            motion: None,
             common: ZERO,
             fit: ZERO,
         }
@@ -127,7 +131,7 @@ impl Odometry {
         };
         if displacement.is_none() {
             self.tracks.clear();
-            self.motion = Similarity::IDENTITY;
+            self.motion = None;
             self.common += self.fit;
             self.fit = ZERO;
             (self.square_px, self.side_px) = (square_px, base.side);
@@ -141,7 +145,7 @@ impl Odometry {
     /// Where the vehicle is.
     #[must_use]
     pub fn placement(&self) -> Placement {
-        Placement::of(&self.pose)
+        Placement::of(&self.pose())
     }
 
     /// Of x, y, heading and the logarithm of the altitude ratio.
@@ -173,8 +177,8 @@ impl Odometry {
         // Lengths are not those of the ground at this altitude: only the heading turns them.
         let (x, y) = self.to_plane([step.x, step.y]);
         let mut pose = Similarity {
-            turn: self.pose.rotate(step.similarity().turn),
-            shift: self.pose.shift,
+            turn: self.pose().rotate(step.similarity().turn),
+            shift: self.pose().shift,
         };
         pose.shift[0] += x;
         pose.shift[1] += y;
@@ -247,12 +251,12 @@ impl Odometry {
 
     /// Moves the vehicle, and with it all that it sees.
     fn move_to(&mut self, pose: Similarity) {
-        let moved = pose.after(&self.pose.inverse());
+        let moved = pose.after(&self.pose().inverse());
         for track in &mut self.tracks {
             track.anchor = moved.apply(track.anchor);
         }
         self.reference_turn = moved.rotate(self.reference_turn);
-        self.pose = pose;
+        self.pose = Some(pose);
     }
 
     /// The halves of the reference and of the present frame.
@@ -276,16 +280,27 @@ impl Odometry {
         let from = reference.under(self.base.level(self.side_px));
         let to = present.under(*base);
         // The vehicle goes on as it went.
-        let to_ground = self.pose.after(&self.motion).inverse();
+        let motion = self.motion.unwrap_or(Similarity::IDENTITY);
+        let to_ground = self.pose().after(&motion).inverse();
+        let mut surprises = Surprises::default();
+        for is_inner in [true, false] {
+            for track in &mut self.tracks {
+                let guess = ground.project(to_ground.apply(track.anchor));
+                let Some(guess) = guess.filter(|_| is_inner == track.is_inner(self.side_px)) else {
+                    continue;
+                };
+                track.before_px = track.at_px;
+                track.found_px = follow(&from, &to, track.reference_px, surprises.add_to(guess));
+                if let Some(found) = track.found_px {
+                    surprises.note(guess, found);
+                }
+            }
+        }
         let mut pairs: Vec<Pair, MAX_TRACKS> = Vec::new();
         self.tracks.retain_mut(|track| {
-            let Some(guess) = ground.project(to_ground.apply(track.anchor)) else {
+            let Some(found) = track.found_px.take() else {
                 return false;
             };
-            let Some(found) = follow(&from, &to, track.reference_px, guess) else {
-                return false;
-            };
-            track.before_px = track.at_px;
             track.at_px = found;
             track.age = track.age.saturating_add(1);
             let pair = ground.level(found).map(|from| Pair {
@@ -322,7 +337,7 @@ impl Odometry {
     fn arrive(&mut self, agreement: &Agreement, tracked: u8) -> Option<Displacement> {
         let before = self.placement();
         let heading = self.heading();
-        let [from, to] = [self.pose, agreement.similarity];
+        let [from, to] = [self.pose(), agreement.similarity];
         let motion = from.inverse().after(&to);
         let after = Placement::of(&to);
         let way = [after.x - before.x, after.y - before.y];
@@ -334,8 +349,8 @@ impl Odometry {
         let propagation = propagation(way);
         self.common = propagation * self.common * propagation.transpose();
         self.fit = fit;
-        self.pose = to;
-        self.motion = motion;
+        self.pose = Some(to);
+        self.motion = Some(motion);
         let [c, s] = heading;
         let turn = Placement::of(&motion);
         Some(Displacement {
@@ -356,7 +371,7 @@ impl Odometry {
         }
         // The present turn, seen from the reference's.
         let [c, s] = self.reference_turn;
-        let [now_c, now_s] = self.pose.turn;
+        let [now_c, now_s] = self.pose().turn;
         let square = c * c + s * s;
         let (along, across) = (c * now_c + s * now_s - square, c * now_s - s * now_c);
         if along.abs().max(across.abs()) > RENEW_TURN * square {
@@ -371,7 +386,7 @@ impl Odometry {
     fn renew(&mut self, base: &Level<'_>, ground: &Ground) {
         self.base.copy(base);
         self.is_swapped = !self.is_swapped;
-        self.reference_turn = self.pose.turn;
+        self.reference_turn = self.pose().turn;
         for track in &mut self.tracks {
             track.reference_px = track.at_px;
         }
@@ -382,11 +397,13 @@ impl Odometry {
         let half = self.halves_of_both().0.under(*base)[1];
         let mut candidates = Candidates::find(base, &half);
         // Where the ground goes in the frame.
-        let flow = self.motion.inverse().shift;
+        let flow = self
+            .motion
+            .map_or([0.0; 2], |motion| motion.inverse().shift);
         let regions = Regions::new(self.side_px, flow);
         let is_few = old < FEW;
         let present = self.tracks.clone();
-        let (pose, tracks, next_id) = (self.pose, &mut self.tracks, &mut self.next_id);
+        let (pose, tracks, next_id) = (self.pose(), &mut self.tracks, &mut self.next_id);
         candidates.spread(
             &present,
             |at_px| regions.is_inside(at_px) && (is_few || !regions.is_outgoing(at_px)),
@@ -400,6 +417,7 @@ impl Odometry {
                         age: 0,
                         at_px: corner.at_px,
                         before_px: corner.at_px,
+                        found_px: None,
                         reference_px: corner.at_px,
                         anchor: pose.apply(ground),
                     })
@@ -412,10 +430,15 @@ impl Odometry {
         self.common += self.fit * (GROWTH * share);
     }
 
+    fn pose(&self) -> Similarity {
+        self.pose.unwrap_or(Similarity::IDENTITY)
+    }
+
     /// Cosine and sine of the heading.
     fn heading(&self) -> [f32; 2] {
-        let scale = 1.0 / crate::math::sqrt(self.pose.scale_squared());
-        self.pose.turn.map(|part| part * scale)
+        let pose = self.pose();
+        let scale = 1.0 / crate::math::sqrt(pose.scale_squared());
+        pose.turn.map(|part| part * scale)
     }
 
     /// [right, behind] the vehicle, in the plane's axes.
@@ -428,6 +451,39 @@ impl Odometry {
 impl Default for Odometry {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// How far corners were from where they should have been.
+#[derive(Default)]
+struct Surprises {
+    moves: Vec<[f32; 2], SURPRISES>,
+}
+
+impl Surprises {
+    /// Where a corner should be, seeing where others were: moved by the medians of the first ones' surprises.
+    fn add_to(&self, guess: [f32; 2]) -> [f32; 2] {
+        if !self.moves.is_full() {
+            return guess;
+        }
+        [guess[0] + self.median(0), guess[1] + self.median(1)]
+    }
+
+    fn note(&mut self, guess: [f32; 2], found: [f32; 2]) {
+        // Those that come when it is full are not needed.
+        let _ = self.moves.push([found[0] - guess[0], found[1] - guess[1]]);
+    }
+
+    /// The one of an odd number that as many are above as below.
+    fn median(&self, axis: usize) -> f32 {
+        let values = || self.moves.iter().filter_map(move |by| by.get(axis).copied());
+        let below = |value: f32| values().filter(|&other| other < value).count();
+        let half = self.moves.len() / 2;
+        let is_median = |&value: &f32| {
+            let equal = values().filter(|&other| other == value).count();
+            (below(value)..below(value) + equal).contains(&half)
+        };
+        values().find(is_median).unwrap_or_default()
     }
 }
 

@@ -19,6 +19,7 @@ use eigenmark_core::{
     landmark::Width,
     localizer::Localizer,
     preprocess::{Pose, PoseError, View, level, reduce},
+    track::{MAX_TRACKS, Odometry, Placement, see_ground},
 };
 use eigenmark_firmware::{
     atlas_region::{self, Slot},
@@ -38,8 +39,23 @@ static FRAME: [u8; 160 * 120] = test_frame();
 
 static VIEWS: [[u8; 400]; 28] = test_views();
 
-static EIGENSPACE: ConstStaticCell<IncrementalPca<400, 16>> =
-    ConstStaticCell::new(IncrementalPca::new(Growth::Fixed));
+/// Side of the frames that are tracked, in pixels.
+const TRACKED_PX: u16 = 200;
+
+static ODOMETRY: ConstStaticCell<Odometry> = ConstStaticCell::new(Odometry::new());
+
+/// What there is no room for at the same time.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "both are large, and there is one"
+)]
+enum Room {
+    Eigenspace(IncrementalPca<400, 16>),
+    Frame([u8; TRACKED_PX as usize * TRACKED_PX as usize]),
+}
+
+static ROOM: ConstStaticCell<Room> =
+    ConstStaticCell::new(Room::Eigenspace(IncrementalPca::new(Growth::Fixed)));
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -103,7 +119,18 @@ fn main() -> ! {
     meter.measure(format_args!("fix_160x120_{landmarks}"), 20, || {
         black_box(localizer.locate(black_box(&frame)));
     });
-    let eigenspace = EIGENSPACE.take();
+    let room = ROOM.take();
+    if let Room::Eigenspace(eigenspace) = room {
+        explore(&mut meter, eigenspace);
+    }
+    *room = Room::Frame([0; _]);
+    if let Room::Frame(pixels) = room {
+        track(&mut meter, ODOMETRY.take(), pixels);
+    }
+    succeed()
+}
+
+fn explore(meter: &mut Meter, eigenspace: &mut IncrementalPca<400, 16>) {
     let mut views = VIEWS.iter().cycle();
     let mut explore = || {
         if let Some(view) = views.next() {
@@ -113,7 +140,42 @@ fn main() -> ! {
     // The first is the mean, fifteen make dimensions; from there on every one grows to sixteen and drops one.
     (0..16).for_each(|_| explore());
     meter.measure(format_args!("ipca_step_400_15"), 10, explore);
-    succeed()
+}
+
+/// From one frame to the next over a made-up ground: the second finds all corners again, replaces the reference and
+/// looks for new ones.
+fn track(meter: &mut Meter, odometry: &mut Odometry, pixels: &mut [u8]) {
+    let mut see = |placement: Placement| {
+        see_ground(&placement, TRACKED_PX, pixels);
+        let side = TRACKED_PX;
+        let Ok(frame) = Frame::new(pixels, side, side, side.into()) else {
+            fail()
+        };
+        let mut displacement = None;
+        let ticks = meter.once(|| displacement = odometry.advance(black_box(&frame), None));
+        (displacement, ticks)
+    };
+    see(Placement::ORIGIN);
+    let (displacement, ticks) = see(Placement {
+        x: 0.02,
+        y: -0.035,
+        heading_rad: 0.03,
+        altitude_ratio: 1.01,
+    });
+    let Some(displacement) = displacement else {
+        defmt::error!("the frames are not found to overlap");
+        fail()
+    };
+    defmt::info!(
+        "{} of {} corners agree",
+        displacement.inliers,
+        displacement.tracked
+    );
+    print(
+        format_args!("track_{TRACKED_PX}x{TRACKED_PX}_{MAX_TRACKS}"),
+        ticks,
+        1,
+    );
 }
 
 fn match_dense(meter: &mut Meter, atlas: &Atlas<'_>) {
@@ -171,13 +233,21 @@ impl Meter {
         let ticks = self
             .ticks(turns, work)
             .saturating_sub(self.empty * turns / 1024);
-        // An instruction takes a nanosecond.
-        let instructions = u64::from(ticks) * 1_000_000_000 / u64::from(CORE_HZ) / u64::from(turns);
-        defmt::println!(
-            "{{\"name\":\"{}\",\"instructions\":{}}}",
-            defmt::Display2Format(&name),
-            instructions
-        );
+        print(name, ticks, turns);
+    }
+
+    /// Ticks of what is done once.
+    fn once(&mut self, work: impl FnOnce()) -> u32 {
+        self.systick.clear_current();
+        while SYST::get_current() == 0 {}
+        let before = SYST::get_current();
+        work();
+        let after = SYST::get_current();
+        if self.systick.has_wrapped() {
+            defmt::error!("the work is too long for the timer");
+            fail()
+        }
+        before - after
     }
 
     fn ticks(&mut self, turns: u32, mut work: impl FnMut()) -> u32 {
@@ -195,6 +265,16 @@ impl Meter {
         }
         before - after
     }
+}
+
+/// Prints the instructions of one of `turns` that took so many ticks. An instruction takes a nanosecond.
+fn print(name: core::fmt::Arguments<'_>, ticks: u32, turns: u32) {
+    let instructions = u64::from(ticks) * 1_000_000_000 / u64::from(CORE_HZ) / u64::from(turns);
+    defmt::println!(
+        "{{\"name\":\"{}\",\"instructions\":{}}}",
+        defmt::Display2Format(&name),
+        instructions
+    );
 }
 
 /// Something like a view from above: gradients and blocks.

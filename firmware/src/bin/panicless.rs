@@ -1,7 +1,7 @@
 //! Links only when nothing that flies can panic: its panic handler calls a function that does not exist.
 //!
 //! It is built, not run. Everything that stands between untrusted bytes and a fix is called with input that the
-//! compiler cannot see through: an atlas is parsed, frames come as pixels, over the link, and reduced to views. Where
+//! compiler cannot see through: an atlas is parsed, frames come as pixels, over the link, are reduced to views and tracked. Where
 //! the optimizer leaves one check that can fail in any of that, the handler is linked and the linker reports that
 //! `a_panic_path_is_linked` is undefined.
 //!
@@ -30,6 +30,7 @@ use eigenmark_core::{
     link::{MAX_REPLY_LEN, Receiver, Reply, Responder},
     localizer::Localizer,
     preprocess::{Pose, PoseError, View},
+    track::{Covariance, Displacement, Odometry, Placement},
 };
 use static_cell::ConstStaticCell;
 // The interrupt vectors.
@@ -43,6 +44,9 @@ fn main() -> ! {
         && let Ok(atlas) = Atlas::parse(opaque())
     {
         fly(&mut Localizer::new(atlas), responder);
+    }
+    if let Some(odometry) = black_box(None) {
+        integrate(odometry);
     }
     let mut host = Receiver::<MAX_REPLY_LEN>::new();
     loop {
@@ -79,6 +83,40 @@ fn fly(localizer: &mut Localizer<'_>, responder: &mut Responder) {
     }
     #[cfg(feature = "panic-path")]
     black_box(opaque()[black_box(0)]);
+}
+
+fn integrate(odometry: &mut Odometry) {
+    let any = || black_box(0.0);
+    let covariance = black_box(Covariance::zeros());
+    while black_box(true) {
+        if let Ok(frame) = Frame::new(opaque(), black_box(0), black_box(0), black_box(0)) {
+            let tilt = pose().ok().and_then(|pose| pose.tilt());
+            black_box(odometry.advance(&frame, tilt));
+        }
+        black_box(odometry.correct_heading(any(), any()));
+        black_box(odometry.correct_altitude(any(), any()));
+        black_box(odometry.skip(&Displacement {
+            forward: any(),
+            right: any(),
+            yaw_rad: any(),
+            scale: any(),
+            covariance,
+            tracked: 0,
+            inliers: 0,
+        }));
+        let start = Placement {
+            x: any(),
+            y: any(),
+            heading_rad: any(),
+            altitude_ratio: any(),
+        };
+        black_box(odometry.restart(start, &covariance));
+        black_box((
+            odometry.placement(),
+            odometry.covariance(),
+            odometry.tracks(),
+        ));
+    }
 }
 
 fn pose() -> Result<Pose, PoseError> {
