@@ -11,7 +11,7 @@
 //! | [`atlas`] | folds, quantizes, calibrates, reads and writes atlases | `atlas` |
 //! | [`topology`] | which landmarks make places, and between which a vehicle can fly | `route` |
 //! | [`train`] | the whole way, from map to atlas, also in parts | — |
-//! | [`simulate`] | a camera over the map | — |
+//! | [`simulate`] | a vehicle over the map: camera, sensor, instruments, wind, light; whole flights | — |
 //! | [`evaluate`] | how far landmarks can be trusted, where the map could be mistaken; selections side by side | `localizer` |
 //! | [`experiment`] | the report's experiments: a grid of settings, every selection, what each tolerates; claims | — |
 //! | [`report`] | self-contained HTML pages | — |

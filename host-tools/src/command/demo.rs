@@ -13,7 +13,7 @@ use eigenmark::{
     map::{Map, city},
     output::{Progress, create_dir, write_file},
     report::{AtlasReport, FlightReport, atlas_cell, atlas_report},
-    simulate::{Flight, Waypoint, fly},
+    simulate::{Legs, Waypoint, fly_legs},
     train::train,
 };
 use eigenmark_core::landmark::Point;
@@ -40,7 +40,7 @@ const TRIAL_VIEWS: usize = 250;
 /// Seed of trials and flight.
 const SEED: u64 = 1;
 
-const FLIGHT: Flight = Flight {
+const FLIGHT: Legs = Legs {
     spacing_px: 8.0,
     heading_rad: 2.0 * std::f64::consts::PI / 180.0,
     altitude: 0.02,
@@ -93,7 +93,7 @@ impl Cmd {
             .iter()
             .map(|&view| trained.candidates.grid().place(view))
             .collect();
-        let waypoints = fly(&map, &atlas, &places, &FLIGHT);
+        let waypoints = fly_legs(&map, &atlas, &places, &FLIGHT);
 
         let provenance = format!(
             "eigenmark {} · eigenmark demo · map CRC {:08x} · atlas CRC {:08x} · seed {SEED}",

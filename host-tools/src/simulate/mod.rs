@@ -1,14 +1,44 @@
-//! A camera over the map: frames as the vehicle would see them.
+//! A vehicle over the map, without the vehicle: its camera and its instruments, the air and the light around it, and
+//! whole flights in a closed loop with whatever steers.
+//!
+//! | room | does |
+//! | --- | --- |
+//! | `camera` | frames of the map, from one pose or along the way of a moving one |
+//! | `world` | the ground's scale, wind, light, shadows of clouds |
+//! | `vehicle` | a blimp: heading, speed, slip, altitude, swing |
+//! | `sensor` | what the sensor and its link do to frames |
+//! | `instruments` | what an autopilot tells, and how wrong that is |
+//! | `flight` | the loop: sight → pilot → command → vehicle; what is kept of it, and its statistics |
+//! | `chance` | random processes, a generator for each cause |
+//! | `legs` | the short flight of the demo |
+//!
+//! The same seed gives the same flight, bit for bit, whatever the number of threads; and an effect that is switched off
+//! changes no other, because each draws from a generator of its own.
 
 mod camera;
+mod chance;
 mod flight;
+mod instruments;
+mod legs;
+mod sensor;
+mod vehicle;
+mod world;
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 pub(crate) use camera::gamma_levels;
-pub use camera::{Camera, CameraFrame, Corner, Occlusion, Scene};
-pub use flight::{Flight, Waypoint, fly};
+pub use camera::{Camera, CameraFrame, Corner, Motion, Occlusion, Scene, Shutter};
+pub use chance::flight_seed;
+pub use flight::{
+    End, Estimate, Flight, FlightError, Guided, Interrupted, Kidnapping, Pilot, Report, Settings,
+    Sight, Step, fly, fly_all, fly_watched,
+};
+pub use instruments::{Instruments, Readings};
+pub use legs::{Legs, Waypoint, fly_legs};
+pub use sensor::Sensor;
+pub use vehicle::{Blimp, Command, Truth};
+pub use world::{Clouds, Light, Wind, World};
 
 /// A random generator for one thing of a seeded whole: the same for the same pair, whatever the number of threads.
 #[must_use]

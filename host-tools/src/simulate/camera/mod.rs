@@ -10,6 +10,7 @@ mod projection;
 mod sampler;
 mod scene;
 mod sensor;
+mod sweep;
 
 use std::f64::consts::PI;
 
@@ -19,10 +20,11 @@ use rand::Rng;
 use crate::map::Map;
 use projection::Projection;
 use sampler::{Sampler, fixed, mean};
-use sensor::{exposed, gamma_table};
+use sensor::exposed;
 
 pub use scene::{Corner, Occlusion, Scene};
-pub(crate) use sensor::gamma_levels;
+pub(crate) use sensor::{gamma_levels, gamma_table};
+pub use sweep::{Motion, Shutter};
 
 /// Sides of the camera that the vehicle carries: 160×120 pixels.
 const WIDTH: u16 = 160;
@@ -104,6 +106,33 @@ impl Camera {
         }
     }
 
+    /// A camera of `width`×`height` pixels for views of that footprint, with a field of view of 60° over the side of its
+    /// square.
+    #[must_use]
+    pub fn sized(width: u16, height: u16, footprint_px: f64) -> Self {
+        Self {
+            width,
+            height,
+            footprint_px,
+            field_of_view_rad: FIELD_OF_VIEW_RAD,
+        }
+    }
+
+    /// The same camera with that field of view over the side of its square, in radians.
+    #[must_use]
+    pub fn with_field_of_view(self, field_of_view_rad: f64) -> Self {
+        Self {
+            field_of_view_rad,
+            ..self
+        }
+    }
+
+    /// Width and height of its frames, in pixels.
+    #[must_use]
+    pub fn size(&self) -> [u16; 2] {
+        [self.width, self.height]
+    }
+
     /// A black frame to render into.
     #[must_use]
     pub fn frame(&self) -> CameraFrame {
@@ -143,6 +172,12 @@ impl Camera {
                     .is_some_and(|[x, y]| is_within(x, map.width()) && is_within(y, map.height()))
             })
         })
+    }
+
+    /// Tells the map position that a position of the frame shows; `None` at the horizon and beyond.
+    pub(crate) fn ground(&self, scene: &Scene) -> impl Fn([f64; 2]) -> Option<[f64; 2]> + use<> {
+        let projection = Projection::new(self, scene);
+        move |position| projection.ground(position)
     }
 
     /// Renders `scene` into a frame made by [`frame`](Self::frame). Beyond the map its border pixels are repeated; what

@@ -1,6 +1,9 @@
 //! From frame positions to the ground, for a camera that may be tilted.
 
-use super::{Camera, MAX_SAMPLES, Scene};
+use super::{Camera, MAX_SAMPLES, Scene, sampler::Sampler};
+
+/// What lies at this angle to the horizon or higher is not ground.
+const HORIZON: f64 = 1e-6;
 
 /// From the frame to the ground: x·z, y·z and z of the map position, linear in (column, row, 1).
 pub(super) struct Projection {
@@ -45,7 +48,7 @@ impl Projection {
     /// The map position that a frame position shows; `None` at the horizon and beyond.
     pub(super) fn ground(&self, [column, row]: [f64; 2]) -> Option<[f64; 2]> {
         let [x, y, z] = self.rows.map(|[a, b, c]| a * column + b * row + c);
-        (z > 1e-6).then(|| [x / z, y / z])
+        (z > HORIZON).then(|| [x / z, y / z])
     }
 
     /// Samples per direction in the frame pixel that starts at a position: a bilinear sample reaches two map pixels.
@@ -58,5 +61,48 @@ impl Projection {
         let length = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
         let pitch = length(a, b).max(length(a, c));
         (pitch / 2.0).ceil().clamp(1.0, MAX_SAMPLES) as u32
+    }
+
+    /// The projection at a share of the way from this one to another that differs little.
+    pub(super) fn toward(&self, other: &Self, share: f64) -> Self {
+        let between = |axis: usize, i: usize| {
+            let (a, b) = (self.rows[axis][i], other.rows[axis][i]);
+            a + share * (b - a)
+        };
+        Self {
+            rows: [0, 1, 2].map(|axis| [0, 1, 2].map(|i| between(axis, i))),
+        }
+    }
+
+    /// The projection along one row of the frame.
+    pub(super) fn row(&self, row: f64) -> Line {
+        let [x, y, z] = self.rows.map(|[a, b, c]| [a, b * row + c]);
+        Line { x, y, z }
+    }
+}
+
+/// From columns of a frame's row to the ground: x·z, y·z and z of the map position, linear in (column, 1).
+pub(super) struct Line {
+    x: [f64; 2],
+    y: [f64; 2],
+    z: [f64; 2],
+}
+
+impl Line {
+    /// Adds `samples` samples per column, `spacing` columns apart, to the sum of each column.
+    #[inline]
+    pub(super) fn sample(&self, map: &Sampler<'_>, samples: u32, spacing: f64, sums: &mut [u32]) {
+        for (column, sum) in (0_u32..).zip(sums) {
+            for index in 0..samples {
+                let column = f64::from(column) + (f64::from(index) + 0.5) * spacing;
+                let [x, y, z] = [self.x, self.y, self.z].map(|[a, b]| a * column + b);
+                if z > HORIZON {
+                    // In 1/2¹⁶ map pixels, whose centers lie at halves; truncated.
+                    let scale = 65_536.0 / z;
+                    let at = |x: f64| (x * scale) as i64 - (1 << 15);
+                    *sum += map.bilinear(at(x), at(y));
+                }
+            }
+        }
     }
 }

@@ -2,6 +2,8 @@
 
 use eigenmark_core::landmark::Point;
 
+use super::Motion;
+
 /// Where the camera is and how bright it is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scene {
@@ -61,6 +63,22 @@ impl Scene {
             noise: 0.0,
             motion_px: [0.0; 2],
             occlusion: None,
+        }
+    }
+
+    /// The scene some time later (or earlier).
+    pub(super) fn later(&self, motion: &Motion, time_s: f64) -> Self {
+        let [x, y] = motion.velocity_px_s;
+        Self {
+            place: Point {
+                x_px: (f64::from(self.place.x_px) + time_s * x) as f32,
+                y_px: (f64::from(self.place.y_px) + time_s * y) as f32,
+            },
+            heading_rad: self.heading_rad + time_s * motion.yaw_rad_s,
+            altitude_ratio: self.altitude_ratio + time_s * motion.climb_per_s,
+            roll_rad: self.roll_rad + time_s * motion.roll_rad_s,
+            pitch_rad: self.pitch_rad + time_s * motion.pitch_rad_s,
+            ..*self
         }
     }
 

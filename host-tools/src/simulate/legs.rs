@@ -12,7 +12,7 @@ use crate::map::Map;
 
 /// What the vehicle does between landmarks.
 #[derive(Clone, Copy, Debug)]
-pub struct Flight {
+pub struct Legs {
     /// Distance between two frames, in map pixels.
     pub spacing_px: f64,
     /// Largest error of heading, in radians.
@@ -36,7 +36,7 @@ pub struct Waypoint {
 
 /// Flies along straight legs through `places`, and locates every frame.
 #[must_use]
-pub fn fly(map: &Map, atlas: &Atlas<'_>, places: &[Point], flight: &Flight) -> Vec<Waypoint> {
+pub fn fly_legs(map: &Map, atlas: &Atlas<'_>, places: &[Point], flight: &Legs) -> Vec<Waypoint> {
     let camera = Camera::for_atlas(atlas);
     let mut frame = camera.frame();
     let mut localizer = Localizer::new(atlas.clone());

@@ -1,0 +1,460 @@
+use eigenmark_core::landmark::Point;
+use image::GrayImage;
+
+use super::*;
+use crate::{
+    map::Map,
+    simulate::{
+        Camera, Instruments, Light, Scene, Sensor, Shutter, Wind, World, flight_seed, seeded,
+    },
+};
+
+/// Heads one way and sees nothing.
+struct Blind(Command);
+
+impl Pilot for Blind {
+    fn decide(&mut self, _: &Sight<'_>) -> Command {
+        self.0
+    }
+}
+
+/// Keeps what it sees.
+#[derive(Default)]
+struct Keeper {
+    frames: Vec<Option<Vec<u8>>>,
+}
+
+impl Pilot for Keeper {
+    fn decide(&mut self, sight: &Sight<'_>) -> Command {
+        self.frames
+            .push(sight.frame.map(|frame| frame.pixels.clone()));
+        Command {
+            heading_rad: 0.4,
+            speed: 0.5,
+        }
+    }
+}
+
+fn map() -> Map {
+    let picture = GrayImage::from_fn(600, 500, |x, y| {
+        let wave = (f64::from(x) / 9.0).sin() * (f64::from(y) / 7.0).cos();
+        image::Luma([(120.0 + 60.0 * wave) as u8])
+    });
+    Map::from_luminance("waves", picture)
+}
+
+fn world(map: &Map) -> World<'_> {
+    World {
+        map,
+        meters_per_px: 0.5,
+        camera: Camera::sized(80, 60, 100.0),
+    }
+}
+
+fn at(x_px: f32, y_px: f32) -> Point {
+    Point { x_px, y_px }
+}
+
+fn short(settings: Settings) -> Settings {
+    Settings {
+        time_limit_s: 10.0,
+        ..settings
+    }
+}
+
+/// The frames and steps of a flight that pays no attention to them.
+fn flown(settings: &Settings) -> (Vec<Option<Vec<u8>>>, Vec<Step>) {
+    let map = map();
+    let mut keeper = Keeper::default();
+    let flight = fly(&world(&map), settings, &mut keeper).expect("flyable");
+    assert_eq!(keeper.frames.len(), flight.steps.len());
+    (keeper.frames, flight.steps)
+}
+
+#[test]
+fn the_same_seed_gives_the_same_flight_and_another_seed_another() {
+    let settings = short(Settings::new(5, at(300.0, 250.0)));
+    let first = flown(&settings);
+    assert_eq!(first, flown(&settings));
+    assert_eq!(first.1.len(), 101, "ten a second, both ends included");
+    let other = flown(&Settings {
+        seed: 6,
+        ..settings
+    });
+    assert_ne!(first.1[0].readings, other.1[0].readings);
+    assert_ne!(first.1[100].truth, other.1[100].truth);
+}
+
+/// Steps without what the instruments read.
+fn truths(steps: &[Step]) -> Vec<Truth> {
+    steps.iter().map(|step| step.truth).collect()
+}
+
+#[test]
+fn switching_one_effect_off_changes_no_other() {
+    let all = short(Settings::new(5, at(300.0, 250.0)));
+    let (frames, steps) = flown(&all);
+    let ideal = Settings::ideal(5, at(300.0, 250.0));
+
+    let (_, unread) = flown(&Settings {
+        instruments: ideal.instruments,
+        ..all
+    });
+    assert_eq!(truths(&steps), truths(&unread));
+
+    let (dark, seen) = flown(&Settings {
+        sensor: Sensor {
+            dropped: 0.0,
+            torn: 0.0,
+            ..all.sensor
+        },
+        ..all
+    });
+    assert_eq!(truths(&steps), truths(&seen));
+    assert!(dark.iter().all(Option::is_some));
+    let whole = flown(&Settings {
+        sensor: Sensor {
+            torn: 0.0,
+            ..all.sensor
+        },
+        ..all
+    });
+    for (a, b) in whole.0.iter().zip(&dark).filter(|(a, _)| a.is_some()) {
+        assert_eq!(a, b, "what arrives is the same");
+    }
+    assert_eq!(
+        frames.iter().map(Option::is_some).collect::<Vec<_>>(),
+        whole.0.iter().map(Option::is_some).collect::<Vec<_>>()
+    );
+
+    let (_, calm) = flown(&Settings {
+        wind: Wind {
+            gust_m_s: 0.0,
+            ..all.wind
+        },
+        ..all
+    });
+    for (a, b) in steps.iter().zip(&calm) {
+        assert_eq!(a.truth.altitude_ratio, b.truth.altitude_ratio);
+        let error = |step: &Step| {
+            let read = f64::from(step.readings.heading_rad.expect("read"));
+            read - step.truth.heading_rad
+        };
+        assert!((error(a) - error(b)).abs() < 1e-6);
+    }
+    assert_ne!(steps[100].truth.position_px, calm[100].truth.position_px);
+}
+
+#[test]
+fn about_the_stated_share_of_the_frames_does_not_arrive() {
+    let map = map();
+    let mut settings = Settings::new(3, at(300.0, 250.0));
+    settings.wind = Wind::calm();
+    settings.time_limit_s = 199.9;
+    let flight = fly(&world(&map), &settings, &mut Blind(Command::default())).expect("flyable");
+    let lost = flight.steps.iter().filter(|step| !step.seen).count();
+    assert!((60..140).contains(&lost), "{lost} of 2,000");
+}
+
+#[test]
+fn an_ideal_flight_shows_the_map_as_it_is() {
+    let map = map();
+    let settings = short(Settings::ideal(1, at(300.0, 250.0)));
+    let mut keeper = Keeper::default();
+    let flight = fly(&world(&map), &settings, &mut keeper).expect("flyable");
+    let camera = world(&map).camera;
+    for (step, pixels) in flight.steps.iter().zip(&keeper.frames) {
+        let mut frame = camera.frame();
+        let scene = Scene {
+            heading_rad: step.truth.heading_rad,
+            ..Scene::nominal(step.truth.place())
+        };
+        camera.render(&map, &scene, &mut seeded(1, 1), &mut frame);
+        let seen = pixels.as_ref().expect("arrives");
+        assert!(
+            frame
+                .pixels
+                .iter()
+                .zip(seen)
+                .all(|(a, b)| a.abs_diff(*b) <= 1)
+        );
+        assert_eq!(
+            step.readings.heading_rad,
+            Some(step.truth.heading_rad as f32)
+        );
+    }
+}
+
+#[test]
+fn each_effect_of_the_sensor_changes_frames() {
+    let ideal = short(Settings::ideal(1, at(300.0, 250.0)));
+    let plain = flown(&ideal).0;
+    let with = |sensor: Sensor, light: Light| {
+        flown(&Settings {
+            sensor,
+            light,
+            ..ideal
+        })
+        .0
+    };
+    let mean = |frame: &Option<Vec<u8>>| {
+        let frame = frame.as_ref().expect("arrives");
+        frame.iter().map(|&p| f64::from(p)).sum::<f64>() / frame.len() as f64
+    };
+    let noisy = with(
+        Sensor {
+            noise: 5.0,
+            ..Sensor::ideal()
+        },
+        Light::steady(),
+    );
+    let pairs = || {
+        let noisy = noisy.iter().flatten().flatten();
+        noisy.zip(plain.iter().flatten().flatten())
+    };
+    let squares: f64 = pairs()
+        .map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2))
+        .sum();
+    let deviation = (squares / pairs().count() as f64).sqrt();
+    assert!((deviation - 5.0).abs() < 0.15, "{deviation}");
+
+    let dim = with(
+        Sensor {
+            vignetting: 0.4,
+            ..Sensor::ideal()
+        },
+        Light::steady(),
+    );
+    for (a, b) in dim.iter().zip(&plain) {
+        let (a, b) = (a.as_ref().expect("arrives"), b.as_ref().expect("arrives"));
+        assert!(
+            (f64::from(a[0]) - 0.6 * f64::from(b[0])).abs() <= 1.0,
+            "corner"
+        );
+        assert!(a[30 * 80 + 40].abs_diff(b[30 * 80 + 40]) <= 1, "middle");
+    }
+
+    let bright = Light {
+        gamma: [0.5; 2],
+        ..Light::steady()
+    };
+    for (a, b) in with(Sensor::ideal(), bright).iter().zip(&plain) {
+        for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
+            let expected = 255.0 * (f64::from(*b) / 255.0).sqrt();
+            assert!((f64::from(*a) - expected).abs() <= 0.51);
+        }
+    }
+
+    let cloudy = Light {
+        clouds: Light::default().clouds,
+        ..Light::steady()
+    };
+    let ratios: Vec<f64> = with(Sensor::ideal(), cloudy)
+        .iter()
+        .zip(&plain)
+        .map(|(a, b)| mean(a) / mean(b))
+        .collect();
+    let darkest = ratios.iter().copied().fold(1.0, f64::min);
+    assert!(
+        ratios.iter().all(|ratio| (0.59..=1.001).contains(ratio)),
+        "{ratios:?}"
+    );
+    assert!(darkest < 0.99, "{darkest}");
+}
+
+#[test]
+fn a_torn_frame_ends_with_the_frame_before() {
+    let all = short(Settings::new(2, at(300.0, 250.0)));
+    let sensor = |torn| Sensor {
+        torn,
+        noise: 0.0,
+        dropped: 0.0,
+        shutter: Shutter::INSTANT,
+        ..all.sensor
+    };
+    let [whole, torn] = [0.0, 0.2].map(|torn| {
+        flown(&Settings {
+            sensor: sensor(torn),
+            ..all
+        })
+        .0
+    });
+    let mut count = 0;
+    for index in 1..whole.len() {
+        let [now, before] = [&whole[index], &torn[index - 1]].map(|f| f.as_ref().expect("arrives"));
+        let seen = torn[index].as_ref().expect("arrives");
+        if seen == now {
+            continue;
+        }
+        count += 1;
+        let cut = (1..60).find(|row| {
+            seen[..row * 80] == now[..row * 80] && seen[row * 80..] == before[row * 80..]
+        });
+        assert!(cut.is_some(), "frame {index}");
+    }
+    assert!((8..35).contains(&count), "{count} of 100");
+}
+
+#[test]
+fn a_guided_flight_follows_its_way_in_the_wind_and_arrives() {
+    let map = map();
+    let way = vec![
+        at(100.0, 100.0),
+        at(500.0, 120.0),
+        at(450.0, 400.0),
+        at(120.0, 380.0),
+    ];
+    let settings = Settings {
+        goal: way.last().copied(),
+        sensor: Sensor::ideal(),
+        ..Settings::new(8, way[0])
+    };
+    let mut pilot = Guided::new(way.clone(), 0.5, 6.0, Blind(Command::default()));
+    let flight = fly(&world(&map), &settings, &mut pilot).expect("flyable");
+    assert_eq!(flight.end, End::Arrived);
+    assert!(flight.steps.len() > 500, "more than 500 m");
+    for step in &flight.steps {
+        let [x, y] = step.truth.position_px;
+        let off = way.windows(2).map(|leg| {
+            let [(ax, ay), (bx, by)] =
+                [leg[0], leg[1]].map(|p| (f64::from(p.x_px), f64::from(p.y_px)));
+            let (dx, dy) = (bx - ax, by - ay);
+            let along = (((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
+            (x - ax - along * dx).hypot(y - ay - along * dy)
+        });
+        let off = off.fold(f64::MAX, f64::min);
+        // A turning circle of 17 m, slip, and what the wind adds.
+        assert!(off < 50.0, "25 m off at {x} {y}");
+    }
+}
+
+#[test]
+fn flights_end_off_the_map_in_time_or_by_mistake() {
+    let map = map();
+    let world = world(&map);
+    let settings = Settings::ideal(1, at(300.0, 250.0));
+    let away = Command {
+        heading_rad: 0.0,
+        speed: 1.0,
+    };
+    let left = fly(&world, &settings, &mut Blind(away)).expect("flyable");
+    assert_eq!(left.end, End::LeftMap);
+    // 125 m at 6 m/s, after some seconds of getting there.
+    assert!(
+        (200..280).contains(&left.steps.len()),
+        "{}",
+        left.steps.len()
+    );
+    let idle = fly(&world, &short(settings), &mut Blind(Command::default())).expect("flyable");
+    assert_eq!(idle.end, End::OutOfTime);
+    let goal = Some(at(500.0, 250.0));
+    let mut nowhere = Guided::new(Vec::new(), 0.5, 6.0, Blind(away));
+    let wrong = fly(&world, &Settings { goal, ..settings }, &mut nowhere).expect("flyable");
+    assert_eq!((wrong.end, wrong.steps.len()), (End::Mistaken, 1));
+}
+
+#[test]
+fn a_kidnapped_vehicle_is_elsewhere_from_then_on() {
+    let mut settings = short(Settings::ideal(1, at(300.0, 250.0)));
+    settings.kidnapping = Some(Kidnapping {
+        time_s: 5.0,
+        to: at(100.0, 400.0),
+    });
+    let steps = flown(&settings).1;
+    for (index, step) in steps.iter().enumerate() {
+        assert_eq!(step.kidnapped, index == 50);
+        let is_far = step.truth.position_px[1] > 350.0;
+        assert_eq!(is_far, index >= 50);
+    }
+    assert_eq!(steps[50].truth.position_px, [100.0, 400.0]);
+}
+
+#[test]
+fn several_flights_are_flown_as_each_alone() {
+    let map = map();
+    let world = world(&map);
+    let settings: Vec<Settings> = (0..4)
+        .map(|index| short(Settings::new(flight_seed(9, index), at(300.0, 250.0))))
+        .collect();
+    let count = std::sync::atomic::AtomicUsize::new(0);
+    let flights = fly_all(
+        &world,
+        &settings,
+        |_, _| Keeper::default(),
+        |_| {
+            count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        },
+    )
+    .expect("flyable");
+    assert_eq!(count.into_inner(), 4);
+    for (flight, settings) in flights.iter().zip(&settings) {
+        let alone = fly(&world, settings, &mut Keeper::default()).expect("flyable");
+        assert_eq!(*flight, alone);
+    }
+}
+
+#[test]
+fn settings_without_sense_are_named() {
+    let map = map();
+    let refused = |change: fn(&mut Settings)| {
+        let mut settings = Settings::new(1, at(300.0, 250.0));
+        change(&mut settings);
+        let flown = fly(&world(&map), &settings, &mut Keeper::default());
+        flown.expect_err("refused").to_string()
+    };
+    assert_eq!(
+        refused(|settings| settings.frame_rate_hz = 0.0),
+        "frames per second of 0; expected a positive number"
+    );
+    assert_eq!(
+        refused(|settings| settings.start = at(600.0, 20.0)),
+        "a start at (600, 20); expected a place on the map of 600×500 pixels"
+    );
+    assert!(refused(|settings| settings.sensor.dropped = f64::NAN).contains("dropped"));
+    assert!(refused(|settings| settings.time_limit_s = 1e9).contains("frames in all"));
+    assert!(
+        refused(|settings| settings.instruments = Instruments {
+            heading_rad: Some(-1.0),
+            ..Instruments::none()
+        })
+        .contains("heading")
+    );
+}
+
+#[test]
+fn what_a_pilot_says_in_numbers_that_are_none_is_left_out() {
+    struct Confused;
+    impl Pilot for Confused {
+        fn decide(&mut self, _: &Sight<'_>) -> Command {
+            Command {
+                heading_rad: f32::NAN,
+                speed: f32::INFINITY,
+            }
+        }
+        fn report(&self) -> Report {
+            Report {
+                estimate: Some(Estimate {
+                    position: at(1.0, 2.0),
+                    covariance_px2: Some([1.0, f32::NAN, 1.0]),
+                    confidence: Some(0.5),
+                    confident: true,
+                }),
+                odometry: Some(at(f32::NAN, 0.0)),
+                ..Report::default()
+            }
+        }
+    }
+    let map = map();
+    let settings = short(Settings::new(1, at(300.0, 250.0)));
+    let flight = fly(&world(&map), &settings, &mut Confused).expect("flyable");
+    for step in &flight.steps {
+        assert_eq!(Some(step.command.heading_rad), step.readings.heading_rad);
+        assert_eq!(step.command.speed, 0.0);
+        let estimate = step.report.estimate.expect("kept");
+        assert_eq!(
+            (estimate.covariance_px2, estimate.confidence),
+            (None, Some(0.5))
+        );
+        assert_eq!(step.report.odometry, None);
+    }
+}
