@@ -12,6 +12,8 @@
 
 mod dead_reckoning;
 
+use core::ops::DerefMut;
+
 use heapless::Deque;
 
 use crate::{
@@ -27,6 +29,12 @@ use crate::{
 };
 
 use dead_reckoning::DeadReckoning;
+
+/// States of the belief that the reference board has room for, beside all the rest.
+pub const BOARD_STATES: usize = 4096;
+
+/// Places that the reference board has room for.
+pub const BOARD_PLACES: usize = 1024;
 
 /// Goals that can be given at once.
 pub const MAX_GOALS: usize = 32;
@@ -70,11 +78,11 @@ pub struct Memory<const STATES: usize, const PLACES: usize> {
     router: Router<PLACES>,
 }
 
-/// Flies an atlas's routes.
+/// Flies an atlas's routes, in a memory that it owns or borrows: `&mut Memory` on a board, a box on a host.
 #[derive(Debug)]
-pub struct Navigator<'a, const STATES: usize, const PLACES: usize> {
+pub struct Navigator<'a, M, const STATES: usize, const PLACES: usize> {
     localizer: Localizer<'a>,
-    memory: &'a mut Memory<STATES, PLACES>,
+    memory: M,
     goals: Deque<u16, MAX_GOALS>,
     mission: Mission,
     reckoning: DeadReckoning,
@@ -116,10 +124,13 @@ impl<const STATES: usize, const PLACES: usize> Default for Memory<STATES, PLACES
     }
 }
 
-impl<'a, const STATES: usize, const PLACES: usize> Navigator<'a, STATES, PLACES> {
+impl<'a, M, const STATES: usize, const PLACES: usize> Navigator<'a, M, STATES, PLACES>
+where
+    M: DerefMut<Target = Memory<STATES, PLACES>>,
+{
     /// Begins anew with an atlas: it knows nothing, and has no goal.
     #[must_use]
-    pub fn new(atlas: Atlas<'a>, memory: &'a mut Memory<STATES, PLACES>) -> Self {
+    pub fn new(atlas: Atlas<'a>, mut memory: M) -> Self {
         memory.belief.begin(&atlas);
         memory.odometry = Odometry::new();
         let limits = Limits::for_footprint(atlas.header().footprint_px);

@@ -10,6 +10,7 @@
 //! | `instruments` | what an autopilot tells, and how wrong that is |
 //! | `flight` | the loop: sight → pilot → command → vehicle; what is kept of it, and its statistics |
 //! | `chance` | random processes, a generator for each cause |
+//! | `onboard` | the vehicle's own software as a pilot |
 //! | `legs` | the short flight of the demo |
 //!
 //! The same seed gives the same flight, bit for bit, whatever the number of threads; and an effect that is switched off
@@ -20,6 +21,7 @@ mod chance;
 mod flight;
 mod instruments;
 mod legs;
+mod onboard;
 mod sensor;
 mod vehicle;
 mod world;
@@ -36,6 +38,7 @@ pub use flight::{
 };
 pub use instruments::{Instruments, Readings};
 pub use legs::{Legs, Waypoint, fly_legs};
+pub use onboard::Onboard;
 pub use sensor::Sensor;
 pub use vehicle::{Blimp, Command, Truth};
 pub use world::{Clouds, Light, Wind, World};
