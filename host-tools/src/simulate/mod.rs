@@ -9,6 +9,7 @@
 //! | `sensor` | what the sensor and its link do to frames |
 //! | `instruments` | what an autopilot tells, and how wrong that is |
 //! | `flight` | the loop: sight → pilot → command → vehicle; what is kept of it, and its statistics |
+//! | `record` | flights written to a directory, read again, shown to any pilot |
 //! | `chance` | random processes, a generator for each cause |
 //! | `legs` | the short flight of the demo |
 //!
@@ -20,6 +21,7 @@ mod chance;
 mod flight;
 mod instruments;
 mod legs;
+mod record;
 mod sensor;
 mod vehicle;
 mod world;
@@ -32,10 +34,11 @@ pub use camera::{Camera, CameraFrame, Corner, Motion, Occlusion, Scene, Shutter}
 pub use chance::flight_seed;
 pub use flight::{
     End, Estimate, Flight, FlightError, Guided, Interrupted, Kidnapping, Pilot, Report, Settings,
-    Sight, Step, fly, fly_all, fly_watched,
+    Sight, Statistics, Step, Totals, fly, fly_all, fly_watched,
 };
 pub use instruments::{Instruments, Readings};
 pub use legs::{Legs, Waypoint, fly_legs};
+pub use record::{Ground, Header, RecordError, Recorder, Recording, fly_recorded};
 pub use sensor::Sensor;
 pub use vehicle::{Blimp, Command, Truth};
 pub use world::{Clouds, Light, Wind, World};

@@ -145,6 +145,7 @@ pub fn fly_watched<E>(
         let said_arrived = report.arrived;
         let step = Step {
             time_s: sight.time_s,
+            step_s: sight.step_s,
             kidnapped: due.is_some(),
             truth,
             readings,

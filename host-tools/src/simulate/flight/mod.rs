@@ -14,6 +14,7 @@ mod fly;
 mod guided;
 mod pilot;
 mod settings;
+mod statistics;
 
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,7 @@ pub use fly::{FlightError, Interrupted, fly, fly_all, fly_watched};
 pub use guided::Guided;
 pub use pilot::{Estimate, Pilot, Report, Sight};
 pub use settings::{Kidnapping, Settings};
+pub use statistics::{Statistics, Totals};
 
 use super::{Command, Readings, Truth};
 
@@ -36,10 +38,12 @@ pub struct Flight {
 }
 
 /// What happened at one frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Step {
     /// Time since the start, in seconds.
     pub time_s: f32,
+    /// Time since the step before, in seconds.
+    pub step_s: f32,
     /// Whether the vehicle was carried elsewhere just before.
     pub kidnapped: bool,
     /// Where it really was.
