@@ -10,6 +10,7 @@
 //! | `instruments` | what an autopilot tells, and how wrong that is |
 //! | `flight` | the loop: sight → pilot → command → vehicle; what is kept of it, and its statistics |
 //! | `record` | flights written to a directory, read again, shown to any pilot |
+//! | `picture` | a flight over the map as a picture |
 //! | `chance` | random processes, a generator for each cause |
 //! | `legs` | the short flight of the demo |
 //!
@@ -21,6 +22,7 @@ mod chance;
 mod flight;
 mod instruments;
 mod legs;
+mod picture;
 mod record;
 mod sensor;
 mod vehicle;
@@ -38,6 +40,7 @@ pub use flight::{
 };
 pub use instruments::{Instruments, Readings};
 pub use legs::{Legs, Waypoint, fly_legs};
+pub use picture::FlightPicture;
 pub use record::{Ground, Header, RecordError, Recorder, Recording, fly_recorded};
 pub use sensor::Sensor;
 pub use vehicle::{Blimp, Command, Truth};

@@ -60,7 +60,7 @@ impl Default for Blimp {
         Self {
             cruise_m_s: 6.0,
             surge_time_s: 3.0,
-            sway_time_s: 1.5,
+            sway_time_s: 1.0,
             turn_rad_s: 20.0_f64.to_radians(),
             turn_gain: 0.8,
             turn_time_s: 0.5,
