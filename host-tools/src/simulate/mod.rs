@@ -16,6 +16,32 @@
 //!
 //! The same seed gives the same flight, bit for bit, whatever the number of threads; and an effect that is switched off
 //! changes no other, because each draws from a generator of its own.
+//!
+//! # Examples
+//! ```
+//! use eigenmark::{
+//!     map::Map,
+//!     simulate::{Camera, Command, End, Pilot, Settings, Sight, Statistics, World, drawn_way, fly},
+//! };
+//!
+//! /// Heads where the compass says map-up is, and thinks nothing.
+//! struct North;
+//!
+//! impl Pilot for North {
+//!     fn decide(&mut self, _: &Sight<'_>) -> Command {
+//!         Command { heading_rad: 0.0, speed: 1.0 }
+//!     }
+//! }
+//!
+//! let map = Map::city();
+//! let world = World { map: &map, meters_per_px: 0.5, camera: Camera::sized(160, 120, 200.0) };
+//! let settings = Settings { time_limit_s: 5.0, ..Settings::new(7, drawn_way(&world, 0.0, 7)[0]) };
+//! let flight = fly(&world, &settings, &mut North)?;
+//! assert_eq!((flight.end, flight.steps.len()), (End::OutOfTime, 51));
+//! let statistics = Statistics::of(&flight.steps, Some(flight.end), 0.5, 200.0);
+//! assert!(statistics.distance_m > 5.0 && statistics.distance_m < 40.0);
+//! # Ok::<(), eigenmark::simulate::FlightError>(())
+//! ```
 
 mod camera;
 mod chance;
@@ -36,7 +62,7 @@ pub use camera::{Camera, CameraFrame, Corner, Motion, Occlusion, Scene, Shutter}
 pub use chance::flight_seed;
 pub use flight::{
     End, Estimate, Flight, FlightError, Guided, Interrupted, Kidnapping, Pilot, Report, Settings,
-    Sight, Statistics, Step, Totals, fly, fly_all, fly_watched,
+    Sight, Statistics, Step, Totals, drawn_way, fly, fly_all, fly_watched,
 };
 pub use instruments::{Instruments, Readings};
 pub use legs::{Legs, Waypoint, fly_legs};

@@ -141,7 +141,7 @@ pub fn fly_watched<E>(
         };
         pilot.told(&truth);
         let command = sane(pilot.decide(&sight), readings);
-        let report = pilot.report().finite();
+        let report = pilot.report().sane();
         let said_arrived = report.arrived;
         let step = Step {
             time_s: sight.time_s,

@@ -15,6 +15,8 @@ mod guided;
 mod pilot;
 mod settings;
 mod statistics;
+mod totals;
+mod way;
 
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +24,9 @@ pub use fly::{FlightError, Interrupted, fly, fly_all, fly_watched};
 pub use guided::Guided;
 pub use pilot::{Estimate, Pilot, Report, Sight};
 pub use settings::{Kidnapping, Settings};
-pub use statistics::{Statistics, Totals};
+pub use statistics::Statistics;
+pub use totals::Totals;
+pub use way::drawn_way;
 
 use super::{Command, Readings, Truth};
 

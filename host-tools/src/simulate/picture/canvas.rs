@@ -173,7 +173,7 @@ pub(super) fn dashes(line: &[[f32; 2]], length: f32) -> Vec<Line> {
         let at = |along: f32| [0, 1].map(|axis| a[axis] + along / total * (b[axis] - a[axis]));
         let mut along = 0.0;
         while along < total {
-            let is_dash = (gone / length) as u32 % 2 == 0;
+            let is_dash = ((gone / length) as u32).is_multiple_of(2);
             let step = (length - gone % length).max(0.01).min(total - along);
             if is_dash {
                 if !is_open {

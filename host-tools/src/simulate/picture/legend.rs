@@ -52,7 +52,7 @@ impl Sign {
             Self::Places => "places",
             Self::Start => "start",
             Self::Goal => "goal",
-            Self::Kidnapping => "carried off",
+            Self::Kidnapping => "kidnapped",
         }
     }
 

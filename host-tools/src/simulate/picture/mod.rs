@@ -1,6 +1,6 @@
 //! A flight over the map, as a picture.
 //!
-//! The map is dimmed, in color of night; over it lie places and legs, the true way as a pale band, what path
+//! The map is dimmed, in colors of night; over it lie places and legs, the true way as a pale band, what path
 //! integration alone believes, and what the pilot believes: bright where it relies on it, dotted where it does not, red
 //! where it does and is wrong. Below stand a title, a caption, the legend of what there is, and a scale bar.
 
@@ -9,11 +9,18 @@ mod font;
 mod legend;
 mod ways;
 
+use std::{io, path::Path};
+
 use eigenmark_core::landmark::Point;
-use image::{Rgb, RgbImage, imageops::FilterType};
+use image::{
+    ExtendedColorType, ImageEncoder, Rgb, RgbImage, codecs::png::PngEncoder, imageops::FilterType,
+};
 
 use super::Step;
-use crate::map::Map;
+use crate::{
+    map::Map,
+    output::{OutputError, write_file},
+};
 use canvas::{Canvas, Ink, Line, dashes};
 use legend::Sign;
 use ways::{Trust, Ways};
@@ -79,6 +86,24 @@ impl FlightPicture<'_> {
         let bar = legend::ScaleBar::new(self.meters_per_px / f64::from(scale));
         panel.draw(&mut canvas, height, [self.title, self.caption], &bar);
         canvas.into_picture()
+    }
+
+    /// Draws it into a PNG file.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), OutputError> {
+        let picture = self.draw();
+        write_file(path, |file| {
+            PngEncoder::new(file)
+                .write_image(
+                    &picture,
+                    picture.width(),
+                    picture.height(),
+                    ExtendedColorType::Rgb8,
+                )
+                .map_err(io::Error::other)
+        })
     }
 
     /// What the legend has to explain.

@@ -112,3 +112,14 @@ fn nothing_is_drawn_of_nothing() {
     let drawn = picture(&map, &[], &[]).draw();
     assert_eq!(drawn.width(), 100);
 }
+
+#[test]
+fn a_picture_is_written_as_drawn() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let path = directory.path().join("flight.png");
+    let map = Map::from_luminance("gray", GrayImage::from_pixel(80, 60, image::Luma([90])));
+    let steps = [step([10.0, 10.0], [12.0, 10.0], true)];
+    picture(&map, &steps, &[]).write(&path).expect("writable");
+    let read = image::open(&path).expect("a picture").to_rgb8();
+    assert_eq!(read, picture(&map, &steps, &[]).draw());
+}

@@ -70,7 +70,7 @@ impl Recording {
                 frame,
                 readings: step.readings,
             });
-            step.report = pilot.report().finite();
+            step.report = pilot.report().sane();
             steps.push(step);
         })?;
         Ok(steps)

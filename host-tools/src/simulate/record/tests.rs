@@ -2,11 +2,12 @@ use std::{fs, path::Path};
 
 use eigenmark_core::landmark::Point;
 use image::GrayImage;
+use rand::RngExt;
 
 use super::*;
 use crate::{
     map::Map,
-    simulate::{Camera, Command, Estimate, Flight, Pilot, Report, Settings, Sight, World},
+    simulate::{Camera, Command, Estimate, Flight, Pilot, Report, Settings, Sight, World, seeded},
 };
 
 /// Thinks and commands whatever the bits of its sights add up to.
@@ -224,6 +225,35 @@ fn every_cut_of_a_log_is_refused_or_complete() {
         fs::write(&path, &whole[..length]).expect("writable");
         assert!(recording.steps().is_err(), "{length} bytes");
     }
+}
+
+#[test]
+fn whatever_bytes_are_changed_the_answer_is_steps_or_an_error() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let target = directory.path().join("flight");
+    recorded(&target);
+    let mut random = seeded(4, 4);
+    let mut refused = 0;
+    for file in [HEADER, LOG, "frames/000001.png"] {
+        let path = target.join(file);
+        let whole = fs::read(&path).expect("readable");
+        for _ in 0..100 {
+            let mut bytes = whole.clone();
+            // Near the start, where each byte of the log matters soon.
+            let at = random.random_range(0..bytes.len().min(3_000));
+            bytes[at] = random.random();
+            fs::write(&path, &bytes).expect("writable");
+            match Recording::open(&target) {
+                Ok(recording) => match recording.steps() {
+                    Ok(steps) => assert_eq!(steps.len() as u64, recording.header().steps),
+                    Err(_) => refused += 1,
+                },
+                Err(_) => refused += 1,
+            }
+        }
+        fs::write(&path, whole).expect("writable");
+    }
+    assert!(refused > 100, "{refused} of 300");
 }
 
 #[test]
