@@ -1,10 +1,10 @@
-//! A vehicle over the map, without the vehicle: its camera and its instruments, the air and the light around it, and
-//! whole flights in a closed loop with whatever steers.
+//! Flights over the map: everything but the vehicle's own software. A vehicle with its camera and its instruments, the
+//! air and the light around it, in a closed loop with whatever steers.
 //!
 //! | room | does |
 //! | --- | --- |
 //! | `camera` | frames of the map, from one pose or along the way of a moving one |
-//! | `world` | the ground's scale, wind, light, shadows of clouds |
+//! | `world` | the ground and its scale, wind, light, shadows of clouds |
 //! | `vehicle` | a blimp: heading, speed, slip, altitude, swing |
 //! | `sensor` | what the sensor and its link do to frames |
 //! | `instruments` | what an autopilot tells, and how wrong that is |
@@ -21,7 +21,7 @@
 //! ```
 //! use eigenmark::{
 //!     map::Map,
-//!     simulate::{Camera, Command, End, Pilot, Settings, Sight, Statistics, World, drawn_way, fly},
+//!     simulate::{Camera, Command, End, Pilot, FlightSettings, Sight, Statistics, World, drawn_way, fly},
 //! };
 //!
 //! /// Heads where the compass says map-up is, and thinks nothing.
@@ -35,7 +35,7 @@
 //!
 //! let map = Map::city();
 //! let world = World { map: &map, meters_per_px: 0.5, camera: Camera::sized(160, 120, 200.0) };
-//! let settings = Settings { time_limit_s: 5.0, ..Settings::new(7, drawn_way(&world, 0.0, 7)[0]) };
+//! let settings = FlightSettings { time_limit_s: 5.0, ..FlightSettings::new(7, drawn_way(&world, 0.0, 7)[0]) };
 //! let flight = fly(&world, &settings, &mut North)?;
 //! assert_eq!((flight.end, flight.steps.len()), (End::OutOfTime, 51));
 //! let statistics = Statistics::of(&flight.steps, Some(flight.end), 0.5, 200.0);
@@ -61,8 +61,8 @@ pub(crate) use camera::gamma_levels;
 pub use camera::{Camera, CameraFrame, Corner, Motion, Occlusion, Scene, Shutter};
 pub use chance::flight_seed;
 pub use flight::{
-    End, Estimate, Flight, FlightError, Guided, Interrupted, Kidnapping, Pilot, Report, Settings,
-    Sight, Statistics, Step, Totals, drawn_way, fly, fly_all, fly_watched,
+    End, Estimate, Flight, FlightError, FlightSettings, Guided, Interrupted, Kidnapping, Pilot,
+    Report, Sight, Statistics, Step, Totals, drawn_way, fly, fly_all, fly_watched,
 };
 pub use instruments::{Instruments, Readings};
 pub use legs::{Legs, Waypoint, fly_legs};

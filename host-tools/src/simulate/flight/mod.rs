@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 pub use fly::{FlightError, Interrupted, fly, fly_all, fly_watched};
 pub use guided::Guided;
 pub use pilot::{Estimate, Pilot, Report, Sight};
-pub use settings::{Kidnapping, Settings};
+pub use settings::{FlightSettings, Kidnapping};
 pub use statistics::Statistics;
 pub use totals::Totals;
 pub use way::drawn_way;
@@ -34,7 +34,7 @@ use super::{Command, Readings, Truth};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flight {
     /// What it was flown with.
-    pub settings: Settings,
+    pub settings: FlightSettings,
     /// One step per frame.
     pub steps: Vec<Step>,
     /// How it ended.

@@ -53,15 +53,15 @@ fn at(x_px: f32, y_px: f32) -> Point {
     Point { x_px, y_px }
 }
 
-fn short(settings: Settings) -> Settings {
-    Settings {
+fn short(settings: FlightSettings) -> FlightSettings {
+    FlightSettings {
         time_limit_s: 10.0,
         ..settings
     }
 }
 
 /// The frames and steps of a flight that pays no attention to them.
-fn flown(settings: &Settings) -> (Vec<Option<Vec<u8>>>, Vec<Step>) {
+fn flown(settings: &FlightSettings) -> (Vec<Option<Vec<u8>>>, Vec<Step>) {
     let map = map();
     let mut keeper = Keeper::default();
     let flight = fly(&world(&map), settings, &mut keeper).expect("flyable");
@@ -71,11 +71,11 @@ fn flown(settings: &Settings) -> (Vec<Option<Vec<u8>>>, Vec<Step>) {
 
 #[test]
 fn the_same_seed_gives_the_same_flight_and_another_seed_another() {
-    let settings = short(Settings::new(5, at(300.0, 250.0)));
+    let settings = short(FlightSettings::new(5, at(300.0, 250.0)));
     let first = flown(&settings);
     assert_eq!(first, flown(&settings));
     assert_eq!(first.1.len(), 101, "ten a second, both ends included");
-    let other = flown(&Settings {
+    let other = flown(&FlightSettings {
         seed: 6,
         ..settings
     });
@@ -90,17 +90,17 @@ fn truths(steps: &[Step]) -> Vec<Truth> {
 
 #[test]
 fn switching_one_effect_off_changes_no_other() {
-    let all = short(Settings::new(5, at(300.0, 250.0)));
+    let all = short(FlightSettings::new(5, at(300.0, 250.0)));
     let (frames, steps) = flown(&all);
-    let ideal = Settings::ideal(5, at(300.0, 250.0));
+    let ideal = FlightSettings::ideal(5, at(300.0, 250.0));
 
-    let (_, unread) = flown(&Settings {
+    let (_, unread) = flown(&FlightSettings {
         instruments: ideal.instruments,
         ..all
     });
     assert_eq!(truths(&steps), truths(&unread));
 
-    let (dark, seen) = flown(&Settings {
+    let (dark, seen) = flown(&FlightSettings {
         sensor: Sensor {
             dropped: 0.0,
             torn: 0.0,
@@ -110,7 +110,7 @@ fn switching_one_effect_off_changes_no_other() {
     });
     assert_eq!(truths(&steps), truths(&seen));
     assert!(dark.iter().all(Option::is_some));
-    let whole = flown(&Settings {
+    let whole = flown(&FlightSettings {
         sensor: Sensor {
             torn: 0.0,
             ..all.sensor
@@ -125,7 +125,7 @@ fn switching_one_effect_off_changes_no_other() {
         whole.0.iter().map(Option::is_some).collect::<Vec<_>>()
     );
 
-    let (_, calm) = flown(&Settings {
+    let (_, calm) = flown(&FlightSettings {
         wind: Wind {
             gust_m_s: 0.0,
             ..all.wind
@@ -152,10 +152,10 @@ fn a_guided_flight_follows_its_way_in_the_wind_and_arrives() {
         at(450.0, 400.0),
         at(120.0, 380.0),
     ];
-    let settings = Settings {
+    let settings = FlightSettings {
         goal: way.last().copied(),
         sensor: Sensor::ideal(),
-        ..Settings::new(8, way[0])
+        ..FlightSettings::new(8, way[0])
     };
     let mut pilot = Guided::new(way.clone(), 0.5, 6.0, Blind(Command::default()));
     let flight = fly(&world(&map), &settings, &mut pilot).expect("flyable");
@@ -180,7 +180,7 @@ fn a_guided_flight_follows_its_way_in_the_wind_and_arrives() {
 fn flights_end_off_the_map_in_time_or_by_mistake() {
     let map = map();
     let world = world(&map);
-    let settings = Settings::ideal(1, at(300.0, 250.0));
+    let settings = FlightSettings::ideal(1, at(300.0, 250.0));
     let away = Command {
         heading_rad: 0.0,
         speed: 1.0,
@@ -197,13 +197,13 @@ fn flights_end_off_the_map_in_time_or_by_mistake() {
     assert_eq!(idle.end, End::OutOfTime);
     let goal = Some(at(500.0, 250.0));
     let mut nowhere = Guided::new(Vec::new(), 0.5, 6.0, Blind(away));
-    let wrong = fly(&world, &Settings { goal, ..settings }, &mut nowhere).expect("flyable");
+    let wrong = fly(&world, &FlightSettings { goal, ..settings }, &mut nowhere).expect("flyable");
     assert_eq!((wrong.end, wrong.steps.len()), (End::Mistaken, 1));
 }
 
 #[test]
 fn a_kidnapped_vehicle_is_elsewhere_from_then_on() {
-    let mut settings = short(Settings::ideal(1, at(300.0, 250.0)));
+    let mut settings = short(FlightSettings::ideal(1, at(300.0, 250.0)));
     settings.kidnapping = Some(Kidnapping {
         time_s: 5.0,
         to: at(100.0, 400.0),
@@ -221,8 +221,8 @@ fn a_kidnapped_vehicle_is_elsewhere_from_then_on() {
 fn several_flights_are_flown_as_each_alone() {
     let map = map();
     let world = world(&map);
-    let settings: Vec<Settings> = (0..4)
-        .map(|index| short(Settings::new(flight_seed(9, index), at(300.0, 250.0))))
+    let settings: Vec<FlightSettings> = (0..4)
+        .map(|index| short(FlightSettings::new(flight_seed(9, index), at(300.0, 250.0))))
         .collect();
     let count = std::sync::atomic::AtomicUsize::new(0);
     let flights = fly_all(
@@ -244,8 +244,8 @@ fn several_flights_are_flown_as_each_alone() {
 #[test]
 fn settings_without_sense_are_named() {
     let map = map();
-    let refused = |change: fn(&mut Settings)| {
-        let mut settings = Settings::new(1, at(300.0, 250.0));
+    let refused = |change: fn(&mut FlightSettings)| {
+        let mut settings = FlightSettings::new(1, at(300.0, 250.0));
         change(&mut settings);
         let flown = fly(&world(&map), &settings, &mut Keeper::default());
         flown.expect_err("refused").to_string()
@@ -293,7 +293,7 @@ fn what_a_pilot_says_in_numbers_that_are_none_is_left_out() {
         }
     }
     let map = map();
-    let settings = short(Settings::new(1, at(300.0, 250.0)));
+    let settings = short(FlightSettings::new(1, at(300.0, 250.0)));
     let flight = fly(&world(&map), &settings, &mut Confused).expect("flyable");
     for step in &flight.steps {
         assert_eq!(Some(step.command.heading_rad), step.readings.heading_rad);

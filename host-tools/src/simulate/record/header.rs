@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::simulate::{End, Settings, World};
+use crate::simulate::{End, FlightSettings, World};
 
 /// What `format` says.
 pub(super) const FORMAT: &str = "eigenmark flight";
@@ -38,7 +38,7 @@ pub struct Header {
     pub end: Option<End>,
     /// What it was flown with, if simulated.
     #[serde(default)]
-    pub settings: Option<Settings>,
+    pub settings: Option<FlightSettings>,
 }
 
 /// A map, as a recording knows it.
@@ -53,7 +53,7 @@ pub struct Ground {
 impl Header {
     /// Of a simulated flight that did not begin yet.
     #[must_use]
-    pub fn new(world: &World<'_>, settings: &Settings, atlas_crc: Option<u32>) -> Self {
+    pub fn new(world: &World<'_>, settings: &FlightSettings, atlas_crc: Option<u32>) -> Self {
         Self {
             format: FORMAT.to_owned(),
             version: VERSION,

@@ -7,7 +7,9 @@ use rand::RngExt;
 use super::*;
 use crate::{
     map::Map,
-    simulate::{Camera, Command, Estimate, Flight, Pilot, Report, Settings, Sight, World, seeded},
+    simulate::{
+        Camera, Command, Estimate, Flight, FlightSettings, Pilot, Report, Sight, World, seeded,
+    },
 };
 
 /// Thinks and commands whatever the bits of its sights add up to.
@@ -74,9 +76,9 @@ fn recorded(target: &Path) -> Flight {
         x_px: 150.0,
         y_px: 150.0,
     };
-    let settings = Settings {
+    let settings = FlightSettings {
         time_limit_s: 4.0,
-        ..Settings::new(3, start)
+        ..FlightSettings::new(3, start)
     };
     fly_recorded(&world, &settings, &mut Hasher::default(), Some(77), target).expect("recorded")
 }

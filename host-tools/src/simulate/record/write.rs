@@ -15,7 +15,7 @@ use tempfile::TempDir;
 use super::{FRAMES, HEADER, Header, LOG, RecordError, line::Line};
 use crate::{
     output::{OutputError, write_file},
-    simulate::{CameraFrame, End, Flight, Pilot, Settings, Step, World, fly_watched},
+    simulate::{CameraFrame, End, Flight, FlightSettings, Pilot, Step, World, fly_watched},
 };
 
 /// A recording that is being written; nothing is left of one that is not finished.
@@ -33,7 +33,7 @@ pub struct Recorder {
 /// When the settings make no sense, or the recording cannot be written; also when `target` exists and is not empty.
 pub fn fly_recorded(
     world: &World<'_>,
-    settings: &Settings,
+    settings: &FlightSettings,
     pilot: &mut impl Pilot,
     atlas_crc: Option<u32>,
     target: &Path,

@@ -5,7 +5,8 @@ use super::*;
 use crate::{
     map::Map,
     simulate::{
-        Camera, Command, Light, Pilot, Scene, Settings, Shutter, Sight, Step, World, fly, seeded,
+        Camera, Command, FlightSettings, Light, Pilot, Scene, Shutter, Sight, Step, World, fly,
+        seeded,
     },
 };
 
@@ -44,15 +45,15 @@ fn world(map: &Map) -> World<'_> {
     }
 }
 
-fn short(settings: Settings) -> Settings {
-    Settings {
+fn short(settings: FlightSettings) -> FlightSettings {
+    FlightSettings {
         time_limit_s: 10.0,
         ..settings
     }
 }
 
 /// The frames and steps of a flight that pays no attention to them.
-fn flown(settings: &Settings) -> (Vec<Option<Vec<u8>>>, Vec<Step>) {
+fn flown(settings: &FlightSettings) -> (Vec<Option<Vec<u8>>>, Vec<Step>) {
     let map = map();
     let mut keeper = Keeper::default();
     let flight = fly(&world(&map), settings, &mut keeper).expect("flyable");
@@ -63,7 +64,7 @@ fn flown(settings: &Settings) -> (Vec<Option<Vec<u8>>>, Vec<Step>) {
 fn about_the_stated_share_of_the_frames_does_not_arrive() {
     let lost: usize = (0..20)
         .map(|seed| {
-            let (_, steps) = flown(&short(Settings::new(seed, MIDDLE)));
+            let (_, steps) = flown(&short(FlightSettings::new(seed, MIDDLE)));
             steps.iter().filter(|step| !step.seen).count()
         })
         .sum();
@@ -74,7 +75,7 @@ fn about_the_stated_share_of_the_frames_does_not_arrive() {
 #[test]
 fn an_ideal_flight_shows_the_map_as_it_is() {
     let map = map();
-    let settings = short(Settings::ideal(1, MIDDLE));
+    let settings = short(FlightSettings::ideal(1, MIDDLE));
     let (frames, steps) = flown(&settings);
     let camera = world(&map).camera;
     for (step, pixels) in steps.iter().zip(&frames) {
@@ -101,10 +102,10 @@ fn an_ideal_flight_shows_the_map_as_it_is() {
 
 #[test]
 fn each_effect_of_the_sensor_changes_frames() {
-    let ideal = short(Settings::ideal(1, MIDDLE));
+    let ideal = short(FlightSettings::ideal(1, MIDDLE));
     let plain = flown(&ideal).0;
     let with = |sensor: Sensor, light: Light| {
-        flown(&Settings {
+        flown(&FlightSettings {
             sensor,
             light,
             ..ideal
@@ -178,7 +179,7 @@ fn each_effect_of_the_sensor_changes_frames() {
 
 #[test]
 fn a_torn_frame_ends_with_the_frame_before() {
-    let all = short(Settings::new(2, MIDDLE));
+    let all = short(FlightSettings::new(2, MIDDLE));
     let sensor = |torn| Sensor {
         torn,
         noise: 0.0,
@@ -187,7 +188,7 @@ fn a_torn_frame_ends_with_the_frame_before() {
         ..all.sensor
     };
     let [whole, torn] = [0.0, 0.2].map(|torn| {
-        flown(&Settings {
+        flown(&FlightSettings {
             sensor: sensor(torn),
             ..all
         })
