@@ -5,6 +5,9 @@ use super::{Camera, MAX_SAMPLES, Scene, sampler::Sampler};
 /// What lies at this angle to the horizon or higher is not ground.
 const HORIZON: f64 = 1e-6;
 
+/// Half a map pixel, in 1/2¹⁶ pixels.
+const HALF: i64 = 1 << 15;
+
 /// From the frame to the ground: x·z, y·z and z of the map position, linear in (column, row, 1).
 pub(super) struct Projection {
     rows: [[f64; 3]; 3],
@@ -92,15 +95,17 @@ impl Line {
     /// Adds `samples` samples per column, `spacing` columns apart, to the sum of each column.
     #[inline]
     pub(super) fn sample(&self, map: &Sampler<'_>, samples: u32, spacing: f64, sums: &mut [u32]) {
+        let ([x, x_start], [y, y_start], [z, z_start]) = (self.x, self.y, self.z);
         for (column, sum) in (0_u32..).zip(sums) {
             for index in 0..samples {
                 let column = f64::from(column) + (f64::from(index) + 0.5) * spacing;
-                let [x, y, z] = [self.x, self.y, self.z].map(|[a, b]| a * column + b);
-                if z > HORIZON {
+                let depth = z * column + z_start;
+                if depth > HORIZON {
                     // In 1/2¹⁶ map pixels, whose centers lie at halves; truncated.
-                    let scale = 65_536.0 / z;
-                    let at = |x: f64| (x * scale) as i64 - (1 << 15);
-                    *sum += map.bilinear(at(x), at(y));
+                    let scale = 65_536.0 / depth;
+                    let x = ((x * column + x_start) * scale) as i64 - HALF;
+                    let y = ((y * column + y_start) * scale) as i64 - HALF;
+                    *sum += map.bilinear(x, y);
                 }
             }
         }

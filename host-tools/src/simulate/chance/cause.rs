@@ -34,6 +34,8 @@ pub(crate) enum Cause {
     Dropped,
     /// Which frames arrive torn, and where, by frame.
     Torn,
+    /// Where a way leads.
+    Way,
 }
 
 impl Cause {

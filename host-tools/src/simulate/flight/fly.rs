@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use eigenmark_core::landmark::Point;
 use rayon::prelude::*;
 
-use super::{End, Flight, Kidnapping, Pilot, Settings, Sight, Step};
+use super::{End, Flight, FlightSettings, Kidnapping, Pilot, Sight, Step};
 use crate::simulate::{
     CameraFrame, Command, Readings, World,
     instruments::Panel,
@@ -59,7 +59,7 @@ pub enum Interrupted<E> {
 /// When the settings make no sense in that world.
 pub fn fly(
     world: &World<'_>,
-    settings: &Settings,
+    settings: &FlightSettings,
     pilot: &mut impl Pilot,
 ) -> Result<Flight, FlightError> {
     let mut steps = Vec::new();
@@ -85,8 +85,8 @@ pub fn fly(
 /// When the settings of a flight make no sense in that world.
 pub fn fly_all<P: Pilot>(
     world: &World<'_>,
-    settings: &[Settings],
-    pilot: impl Fn(usize, &Settings) -> P + Sync,
+    settings: &[FlightSettings],
+    pilot: impl Fn(usize, &FlightSettings) -> P + Sync,
     flown: impl Fn(&Flight) + Sync,
 ) -> Result<Vec<Flight>, FlightError> {
     settings
@@ -106,7 +106,7 @@ pub fn fly_all<P: Pilot>(
 /// When the settings make no sense in that world, or `watch` fails.
 pub fn fly_watched<E>(
     world: &World<'_>,
-    settings: &Settings,
+    settings: &FlightSettings,
     pilot: &mut impl Pilot,
     mut watch: impl FnMut(Step, Option<&CameraFrame>) -> Result<(), E>,
 ) -> Result<End, Interrupted<E>> {
@@ -141,10 +141,11 @@ pub fn fly_watched<E>(
         };
         pilot.told(&truth);
         let command = sane(pilot.decide(&sight), readings);
-        let report = pilot.report().finite();
+        let report = pilot.report().sane();
         let said_arrived = report.arrived;
         let step = Step {
             time_s: sight.time_s,
+            step_s: sight.step_s,
             kidnapped: due.is_some(),
             truth,
             readings,
@@ -170,7 +171,7 @@ struct Surroundings {
 }
 
 impl Surroundings {
-    fn new(world: &World<'_>, settings: &Settings, step_s: f64) -> Self {
+    fn new(world: &World<'_>, settings: &FlightSettings, step_s: f64) -> Self {
         let seed = settings.seed;
         let air = Air::new(&settings.wind, seed, step_s);
         let start = [settings.start.x_px, settings.start.y_px].map(f64::from);
@@ -216,7 +217,7 @@ fn sane(command: Command, readings: Readings) -> Command {
 }
 
 /// Whether an arrival is one.
-fn judged(settings: &Settings, [x, y]: [f64; 2]) -> End {
+fn judged(settings: &FlightSettings, [x, y]: [f64; 2]) -> End {
     let distance = |goal: Point| (x - f64::from(goal.x_px)).hypot(y - f64::from(goal.y_px));
     match settings.goal.map(distance) {
         Some(distance) if distance <= settings.arrival_px => End::Arrived,

@@ -14,13 +14,19 @@ mod fly;
 mod guided;
 mod pilot;
 mod settings;
+mod statistics;
+mod totals;
+mod way;
 
 use serde::{Deserialize, Serialize};
 
 pub use fly::{FlightError, Interrupted, fly, fly_all, fly_watched};
 pub use guided::Guided;
 pub use pilot::{Estimate, Pilot, Report, Sight};
-pub use settings::{Kidnapping, Settings};
+pub use settings::{FlightSettings, Kidnapping};
+pub use statistics::Statistics;
+pub use totals::Totals;
+pub use way::drawn_way;
 
 use super::{Command, Readings, Truth};
 
@@ -28,7 +34,7 @@ use super::{Command, Readings, Truth};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flight {
     /// What it was flown with.
-    pub settings: Settings,
+    pub settings: FlightSettings,
     /// One step per frame.
     pub steps: Vec<Step>,
     /// How it ended.
@@ -36,10 +42,12 @@ pub struct Flight {
 }
 
 /// What happened at one frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Step {
     /// Time since the start, in seconds.
     pub time_s: f32,
+    /// Time since the step before, in seconds.
+    pub step_s: f32,
     /// Whether the vehicle was carried elsewhere just before.
     pub kidnapped: bool,
     /// Where it really was.

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::simulate::{CameraFrame, Command, Readings, Truth};
 
+/// The longest word for a mission, in characters.
+const MAX_WORD: usize = 100;
+
 /// Whatever steers the vehicle.
 pub trait Pilot {
     /// Decides on what to do until the next sight.
@@ -43,7 +46,7 @@ pub struct Report {
     pub odometry: Option<Point>,
     /// What the frame alone said.
     pub fix: Option<Fix>,
-    /// What it is doing, in a word.
+    /// What it is doing, in a word of at most 100 characters.
     pub mission: Option<String>,
     /// It has arrived; this ends the flight.
     pub arrived: bool,
@@ -63,12 +66,17 @@ pub struct Estimate {
 }
 
 impl Report {
-    /// The same without the parts in which a number is not finite.
-    pub(crate) fn finite(self) -> Self {
-        let is_finite = |point: &Point| point.x_px.is_finite() && point.y_px.is_finite();
+    /// The same without the parts in which a number is not finite, and with a short word for the mission.
+    pub(crate) fn sane(self) -> Self {
+        let is_point = |point: &Point| point.x_px.is_finite() && point.y_px.is_finite();
         let estimate = self
             .estimate
-            .filter(|estimate| is_finite(&estimate.position));
+            .filter(|estimate| is_point(&estimate.position));
+        let fix = self.fix.filter(|fix| {
+            let numbers = [fix.distance, fix.second, fix.margin, fix.from_feature_space];
+            is_point(&fix.place) && is_point(&fix.position) && numbers.iter().all(|x| x.is_finite())
+        });
+        let word = |mission: String| mission.chars().take(MAX_WORD).collect();
         Self {
             estimate: estimate.map(|estimate| Estimate {
                 covariance_px2: estimate
@@ -79,8 +87,10 @@ impl Report {
                     .filter(|confidence| confidence.is_finite()),
                 ..estimate
             }),
-            odometry: self.odometry.filter(is_finite),
-            ..self
+            odometry: self.odometry.filter(is_point),
+            fix,
+            mission: self.mission.map(word),
+            arrived: self.arrived,
         }
     }
 }

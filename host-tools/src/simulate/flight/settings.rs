@@ -11,7 +11,7 @@ const MAX_FRAMES: f64 = 864_000.0;
 
 /// Everything about a flight but the world and the pilot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
+pub struct FlightSettings {
     /// Seed of all chance.
     pub seed: u64,
     /// Where it begins.
@@ -49,7 +49,7 @@ pub struct Kidnapping {
     pub to: Point,
 }
 
-impl Settings {
+impl FlightSettings {
     /// A flight from `start`, heading map-up, with all the effects at their defaults: ten frames a second for at most
     /// ten minutes.
     #[must_use]

@@ -4,9 +4,7 @@ use image::GrayImage;
 use super::*;
 use crate::{
     map::Map,
-    simulate::{
-        Camera, Instruments, Light, Scene, Sensor, Shutter, Wind, World, flight_seed, seeded,
-    },
+    simulate::{Camera, Instruments, Sensor, Wind, World, flight_seed},
 };
 
 /// Heads one way and sees nothing.
@@ -55,15 +53,15 @@ fn at(x_px: f32, y_px: f32) -> Point {
     Point { x_px, y_px }
 }
 
-fn short(settings: Settings) -> Settings {
-    Settings {
+fn short(settings: FlightSettings) -> FlightSettings {
+    FlightSettings {
         time_limit_s: 10.0,
         ..settings
     }
 }
 
 /// The frames and steps of a flight that pays no attention to them.
-fn flown(settings: &Settings) -> (Vec<Option<Vec<u8>>>, Vec<Step>) {
+fn flown(settings: &FlightSettings) -> (Vec<Option<Vec<u8>>>, Vec<Step>) {
     let map = map();
     let mut keeper = Keeper::default();
     let flight = fly(&world(&map), settings, &mut keeper).expect("flyable");
@@ -73,11 +71,11 @@ fn flown(settings: &Settings) -> (Vec<Option<Vec<u8>>>, Vec<Step>) {
 
 #[test]
 fn the_same_seed_gives_the_same_flight_and_another_seed_another() {
-    let settings = short(Settings::new(5, at(300.0, 250.0)));
+    let settings = short(FlightSettings::new(5, at(300.0, 250.0)));
     let first = flown(&settings);
     assert_eq!(first, flown(&settings));
     assert_eq!(first.1.len(), 101, "ten a second, both ends included");
-    let other = flown(&Settings {
+    let other = flown(&FlightSettings {
         seed: 6,
         ..settings
     });
@@ -92,17 +90,17 @@ fn truths(steps: &[Step]) -> Vec<Truth> {
 
 #[test]
 fn switching_one_effect_off_changes_no_other() {
-    let all = short(Settings::new(5, at(300.0, 250.0)));
+    let all = short(FlightSettings::new(5, at(300.0, 250.0)));
     let (frames, steps) = flown(&all);
-    let ideal = Settings::ideal(5, at(300.0, 250.0));
+    let ideal = FlightSettings::ideal(5, at(300.0, 250.0));
 
-    let (_, unread) = flown(&Settings {
+    let (_, unread) = flown(&FlightSettings {
         instruments: ideal.instruments,
         ..all
     });
     assert_eq!(truths(&steps), truths(&unread));
 
-    let (dark, seen) = flown(&Settings {
+    let (dark, seen) = flown(&FlightSettings {
         sensor: Sensor {
             dropped: 0.0,
             torn: 0.0,
@@ -112,7 +110,7 @@ fn switching_one_effect_off_changes_no_other() {
     });
     assert_eq!(truths(&steps), truths(&seen));
     assert!(dark.iter().all(Option::is_some));
-    let whole = flown(&Settings {
+    let whole = flown(&FlightSettings {
         sensor: Sensor {
             torn: 0.0,
             ..all.sensor
@@ -127,7 +125,7 @@ fn switching_one_effect_off_changes_no_other() {
         whole.0.iter().map(Option::is_some).collect::<Vec<_>>()
     );
 
-    let (_, calm) = flown(&Settings {
+    let (_, calm) = flown(&FlightSettings {
         wind: Wind {
             gust_m_s: 0.0,
             ..all.wind
@@ -146,156 +144,6 @@ fn switching_one_effect_off_changes_no_other() {
 }
 
 #[test]
-fn about_the_stated_share_of_the_frames_does_not_arrive() {
-    let map = map();
-    let mut settings = Settings::new(3, at(300.0, 250.0));
-    settings.wind = Wind::calm();
-    settings.time_limit_s = 199.9;
-    let flight = fly(&world(&map), &settings, &mut Blind(Command::default())).expect("flyable");
-    let lost = flight.steps.iter().filter(|step| !step.seen).count();
-    assert!((60..140).contains(&lost), "{lost} of 2,000");
-}
-
-#[test]
-fn an_ideal_flight_shows_the_map_as_it_is() {
-    let map = map();
-    let settings = short(Settings::ideal(1, at(300.0, 250.0)));
-    let mut keeper = Keeper::default();
-    let flight = fly(&world(&map), &settings, &mut keeper).expect("flyable");
-    let camera = world(&map).camera;
-    for (step, pixels) in flight.steps.iter().zip(&keeper.frames) {
-        let mut frame = camera.frame();
-        let scene = Scene {
-            heading_rad: step.truth.heading_rad,
-            ..Scene::nominal(step.truth.place())
-        };
-        camera.render(&map, &scene, &mut seeded(1, 1), &mut frame);
-        let seen = pixels.as_ref().expect("arrives");
-        assert!(
-            frame
-                .pixels
-                .iter()
-                .zip(seen)
-                .all(|(a, b)| a.abs_diff(*b) <= 1)
-        );
-        assert_eq!(
-            step.readings.heading_rad,
-            Some(step.truth.heading_rad as f32)
-        );
-    }
-}
-
-#[test]
-fn each_effect_of_the_sensor_changes_frames() {
-    let ideal = short(Settings::ideal(1, at(300.0, 250.0)));
-    let plain = flown(&ideal).0;
-    let with = |sensor: Sensor, light: Light| {
-        flown(&Settings {
-            sensor,
-            light,
-            ..ideal
-        })
-        .0
-    };
-    let mean = |frame: &Option<Vec<u8>>| {
-        let frame = frame.as_ref().expect("arrives");
-        frame.iter().map(|&p| f64::from(p)).sum::<f64>() / frame.len() as f64
-    };
-    let noisy = with(
-        Sensor {
-            noise: 5.0,
-            ..Sensor::ideal()
-        },
-        Light::steady(),
-    );
-    let pairs = || {
-        let noisy = noisy.iter().flatten().flatten();
-        noisy.zip(plain.iter().flatten().flatten())
-    };
-    let squares: f64 = pairs()
-        .map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2))
-        .sum();
-    let deviation = (squares / pairs().count() as f64).sqrt();
-    assert!((deviation - 5.0).abs() < 0.15, "{deviation}");
-
-    let dim = with(
-        Sensor {
-            vignetting: 0.4,
-            ..Sensor::ideal()
-        },
-        Light::steady(),
-    );
-    for (a, b) in dim.iter().zip(&plain) {
-        let (a, b) = (a.as_ref().expect("arrives"), b.as_ref().expect("arrives"));
-        assert!(
-            (f64::from(a[0]) - 0.6 * f64::from(b[0])).abs() <= 1.0,
-            "corner"
-        );
-        assert!(a[30 * 80 + 40].abs_diff(b[30 * 80 + 40]) <= 1, "middle");
-    }
-
-    let bright = Light {
-        gamma: [0.5; 2],
-        ..Light::steady()
-    };
-    for (a, b) in with(Sensor::ideal(), bright).iter().zip(&plain) {
-        for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
-            let expected = 255.0 * (f64::from(*b) / 255.0).sqrt();
-            assert!((f64::from(*a) - expected).abs() <= 0.51);
-        }
-    }
-
-    let cloudy = Light {
-        clouds: Light::default().clouds,
-        ..Light::steady()
-    };
-    let ratios: Vec<f64> = with(Sensor::ideal(), cloudy)
-        .iter()
-        .zip(&plain)
-        .map(|(a, b)| mean(a) / mean(b))
-        .collect();
-    let darkest = ratios.iter().copied().fold(1.0, f64::min);
-    assert!(
-        ratios.iter().all(|ratio| (0.59..=1.001).contains(ratio)),
-        "{ratios:?}"
-    );
-    assert!(darkest < 0.99, "{darkest}");
-}
-
-#[test]
-fn a_torn_frame_ends_with_the_frame_before() {
-    let all = short(Settings::new(2, at(300.0, 250.0)));
-    let sensor = |torn| Sensor {
-        torn,
-        noise: 0.0,
-        dropped: 0.0,
-        shutter: Shutter::INSTANT,
-        ..all.sensor
-    };
-    let [whole, torn] = [0.0, 0.2].map(|torn| {
-        flown(&Settings {
-            sensor: sensor(torn),
-            ..all
-        })
-        .0
-    });
-    let mut count = 0;
-    for index in 1..whole.len() {
-        let [now, before] = [&whole[index], &torn[index - 1]].map(|f| f.as_ref().expect("arrives"));
-        let seen = torn[index].as_ref().expect("arrives");
-        if seen == now {
-            continue;
-        }
-        count += 1;
-        let cut = (1..60).find(|row| {
-            seen[..row * 80] == now[..row * 80] && seen[row * 80..] == before[row * 80..]
-        });
-        assert!(cut.is_some(), "frame {index}");
-    }
-    assert!((8..35).contains(&count), "{count} of 100");
-}
-
-#[test]
 fn a_guided_flight_follows_its_way_in_the_wind_and_arrives() {
     let map = map();
     let way = vec![
@@ -304,10 +152,10 @@ fn a_guided_flight_follows_its_way_in_the_wind_and_arrives() {
         at(450.0, 400.0),
         at(120.0, 380.0),
     ];
-    let settings = Settings {
+    let settings = FlightSettings {
         goal: way.last().copied(),
         sensor: Sensor::ideal(),
-        ..Settings::new(8, way[0])
+        ..FlightSettings::new(8, way[0])
     };
     let mut pilot = Guided::new(way.clone(), 0.5, 6.0, Blind(Command::default()));
     let flight = fly(&world(&map), &settings, &mut pilot).expect("flyable");
@@ -332,7 +180,7 @@ fn a_guided_flight_follows_its_way_in_the_wind_and_arrives() {
 fn flights_end_off_the_map_in_time_or_by_mistake() {
     let map = map();
     let world = world(&map);
-    let settings = Settings::ideal(1, at(300.0, 250.0));
+    let settings = FlightSettings::ideal(1, at(300.0, 250.0));
     let away = Command {
         heading_rad: 0.0,
         speed: 1.0,
@@ -349,13 +197,13 @@ fn flights_end_off_the_map_in_time_or_by_mistake() {
     assert_eq!(idle.end, End::OutOfTime);
     let goal = Some(at(500.0, 250.0));
     let mut nowhere = Guided::new(Vec::new(), 0.5, 6.0, Blind(away));
-    let wrong = fly(&world, &Settings { goal, ..settings }, &mut nowhere).expect("flyable");
+    let wrong = fly(&world, &FlightSettings { goal, ..settings }, &mut nowhere).expect("flyable");
     assert_eq!((wrong.end, wrong.steps.len()), (End::Mistaken, 1));
 }
 
 #[test]
 fn a_kidnapped_vehicle_is_elsewhere_from_then_on() {
-    let mut settings = short(Settings::ideal(1, at(300.0, 250.0)));
+    let mut settings = short(FlightSettings::ideal(1, at(300.0, 250.0)));
     settings.kidnapping = Some(Kidnapping {
         time_s: 5.0,
         to: at(100.0, 400.0),
@@ -373,8 +221,8 @@ fn a_kidnapped_vehicle_is_elsewhere_from_then_on() {
 fn several_flights_are_flown_as_each_alone() {
     let map = map();
     let world = world(&map);
-    let settings: Vec<Settings> = (0..4)
-        .map(|index| short(Settings::new(flight_seed(9, index), at(300.0, 250.0))))
+    let settings: Vec<FlightSettings> = (0..4)
+        .map(|index| short(FlightSettings::new(flight_seed(9, index), at(300.0, 250.0))))
         .collect();
     let count = std::sync::atomic::AtomicUsize::new(0);
     let flights = fly_all(
@@ -396,8 +244,8 @@ fn several_flights_are_flown_as_each_alone() {
 #[test]
 fn settings_without_sense_are_named() {
     let map = map();
-    let refused = |change: fn(&mut Settings)| {
-        let mut settings = Settings::new(1, at(300.0, 250.0));
+    let refused = |change: fn(&mut FlightSettings)| {
+        let mut settings = FlightSettings::new(1, at(300.0, 250.0));
         change(&mut settings);
         let flown = fly(&world(&map), &settings, &mut Keeper::default());
         flown.expect_err("refused").to_string()
@@ -445,7 +293,7 @@ fn what_a_pilot_says_in_numbers_that_are_none_is_left_out() {
         }
     }
     let map = map();
-    let settings = short(Settings::new(1, at(300.0, 250.0)));
+    let settings = short(FlightSettings::new(1, at(300.0, 250.0)));
     let flight = fly(&world(&map), &settings, &mut Confused).expect("flyable");
     for step in &flight.steps {
         assert_eq!(Some(step.command.heading_rad), step.readings.heading_rad);

@@ -196,7 +196,7 @@ impl FineLevels {
     fn at(&self, level: f32) -> f32 {
         let level = level.min(255.0);
         let whole = level as u8; // truncates
-        let [a, b] = [0, 1].map(|next| self.0[usize::from(whole) + next]);
+        let (a, b) = (self.0[usize::from(whole)], self.0[usize::from(whole) + 1]);
         a + (level - f32::from(whole)) * (b - a)
     }
 }

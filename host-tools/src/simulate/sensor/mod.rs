@@ -61,3 +61,6 @@ impl Default for Sensor {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

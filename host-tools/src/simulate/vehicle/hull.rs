@@ -2,8 +2,11 @@
 //!
 //! Method, per step, with the velocity through the air split along the hull (u) and across it (v):
 //! - turn: the rate asked for is the heading error times a gain, limited; the actual rate follows with a time constant;
-//! - ahead: u′ = D(target) − D(u), D(u) = (a·u + b·u|u|)/T: thrust balances drag at the commanded airspeed;
-//! - across: v′ = −D(v) with a shorter time constant: the hull slips outward in turns and takes gusts slowly.
+//! - ahead: u′ = D(target) − D(u), D(u) = u·(a + b·|u|/2c)/T: thrust balances drag at the commanded airspeed;
+//! - across: v′ = −v·(a + b·V/c)/S, V the airspeed: the faster the hull, the harder the air pushes it back on its
+//!   course; it slips outward in turns and takes gusts slowly;
+//!
+//! with a + b = 1 and c the cruising speed, so that T and S are the time constants at cruise.
 //!
 //! Velocities are added in the ground's frame, so a change of wind is felt as a change of airspeed. Altitude wanders on
 //! its own.
@@ -74,13 +77,14 @@ impl Vehicle {
         let aside = through[0] * cos + through[1] * sin;
         let speed = f64::from(command.speed).clamp(0.0, 1.0);
         let speed = if speed.is_nan() { 0.0 } else { speed };
-        let drag = |speed_m_s: f64, time_s: f64| {
+        let drag = |speed_m_s: f64| {
             let quadratic = (1.0 - LINEAR_DRAG) * speed_m_s.abs() / (2.0 * blimp.cruise_m_s);
-            speed_m_s * (LINEAR_DRAG + quadratic) / time_s
+            speed_m_s * (LINEAR_DRAG + quadratic) / blimp.surge_time_s
         };
-        let thrust = drag(speed * blimp.cruise_m_s, blimp.surge_time_s);
-        let ahead_m_s2 = thrust - drag(ahead, blimp.surge_time_s);
-        let aside_m_s2 = -drag(aside, blimp.sway_time_s);
+        let ahead_m_s2 = drag(speed * blimp.cruise_m_s) - drag(ahead);
+        let airspeed = ahead.hypot(aside) / blimp.cruise_m_s;
+        let aside_m_s2 =
+            -aside * (LINEAR_DRAG + (1.0 - LINEAR_DRAG) * airspeed) / blimp.sway_time_s;
         let gained = [
             ahead_m_s2 * sin + aside_m_s2 * cos,
             -ahead_m_s2 * cos + aside_m_s2 * sin,

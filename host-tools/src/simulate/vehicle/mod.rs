@@ -60,7 +60,7 @@ impl Default for Blimp {
         Self {
             cruise_m_s: 6.0,
             surge_time_s: 3.0,
-            sway_time_s: 1.5,
+            sway_time_s: 1.0,
             turn_rad_s: 20.0_f64.to_radians(),
             turn_gain: 0.8,
             turn_time_s: 0.5,
@@ -84,29 +84,43 @@ pub struct Command {
     pub speed: f32,
 }
 
-/// Where the vehicle really is, and how it moves.
+/// Where the vehicle really is, and how it moves. A recording need not tell more than the position.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Where it is on the map, in map pixels.
     pub position_px: [f64; 2],
     /// Its velocity over the ground, in meters per second along the map's axes.
+    #[serde(default)]
     pub velocity_m_s: [f64; 2],
     /// Its heading, in radians clockwise from map-up, in −π..=π.
+    #[serde(default)]
     pub heading_rad: f64,
     /// How fast that grows, in radians per second.
+    #[serde(default)]
     pub yaw_rad_s: f64,
     /// Actual over nominal altitude.
+    #[serde(default = "one")]
     pub altitude_ratio: f64,
     /// How fast that grows, per second.
+    #[serde(default)]
     pub climb_per_s: f64,
     /// Roll in radians, right side down.
+    #[serde(default)]
     pub roll_rad: f64,
     /// How fast that grows, in radians per second.
+    #[serde(default)]
     pub roll_rad_s: f64,
     /// Pitch in radians, nose up.
+    #[serde(default)]
     pub pitch_rad: f64,
     /// How fast that grows, in radians per second.
+    #[serde(default)]
     pub pitch_rad_s: f64,
+}
+
+/// The altitude ratio of a recording that tells none.
+fn one() -> f64 {
+    1.0
 }
 
 impl Truth {

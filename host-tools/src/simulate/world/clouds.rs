@@ -29,13 +29,13 @@ pub struct Clouds {
 }
 
 impl Default for Clouds {
-    /// A third of the ground loses 40 % of its light, in patches of 60 m.
+    /// A third of the ground loses 30 % of its light, in patches of 100 m with edges of some 15 m.
     fn default() -> Self {
         Self {
             cover: 0.33,
-            shade: 0.6,
-            size_m: 60.0,
-            softness: 0.12,
+            shade: 0.7,
+            size_m: 100.0,
+            softness: 0.2,
         }
     }
 }
@@ -125,7 +125,9 @@ mod tests {
         for (cover, seed) in [(0.2, 1), (0.33, 2), (0.6, 3)] {
             let clouds = Clouds {
                 cover,
-                ..Clouds::default()
+                shade: 0.6,
+                size_m: 60.0,
+                softness: 0.12,
             };
             let sky = Sky::new(clouds, [0.0; 2], seed);
             let lights: Vec<f64> = places().map(|place| sky.light(place, 0.0)).collect();
