@@ -476,7 +476,11 @@ impl Surprises {
 
     /// The one of an odd number that as many are above as below.
     fn median(&self, axis: usize) -> f32 {
-        let values = || self.moves.iter().filter_map(move |by| by.get(axis).copied());
+        let values = || {
+            self.moves
+                .iter()
+                .filter_map(move |by| by.get(axis).copied())
+        };
         let below = |value: f32| values().filter(|&other| other < value).count();
         let half = self.moves.len() / 2;
         let is_median = |&value: &f32| {

@@ -95,15 +95,27 @@ fn zz_probe() {
     let frame = Frame::new(&pixels, side, side, side.into()).expect("valid");
     odometry.advance(&frame, None);
     let before: Vec<Track> = odometry.tracks().to_vec();
-    let to = Placement { x: 0.02, y: -0.035, heading_rad: 0.03, altitude_ratio: 1.01 };
+    let to = Placement {
+        x: 0.02,
+        y: -0.035,
+        heading_rad: 0.03,
+        altitude_ratio: 1.01,
+    };
     see_ground(&to, side, &mut pixels);
     let frame = Frame::new(&pixels, side, side, side.into()).expect("valid");
     let moved = odometry.advance(&frame, None);
     std::println!("{} {moved:?} {:?}", before.len(), odometry.placement());
     let back = to.similarity().inverse();
     for t in before {
-        let g = back.apply([0, 1].map(|i| t.at_px[i] / 200.0 - 0.5)).map(|v| (v + 0.5) * 200.0);
+        let g = back
+            .apply([0, 1].map(|i| t.at_px[i] / 200.0 - 0.5))
+            .map(|v| (v + 0.5) * 200.0);
         let now = odometry.tracks().iter().find(|n| n.id == t.id);
-        std::println!("{:?} true {:.2?} found {:.2?}", t.at_px, g, now.map(|n| n.at_px));
+        std::println!(
+            "{:?} true {:.2?} found {:.2?}",
+            t.at_px,
+            g,
+            now.map(|n| n.at_px)
+        );
     }
 }
