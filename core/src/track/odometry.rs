@@ -18,13 +18,16 @@ use crate::{frame::Frame, preprocess::Tilt};
 
 /// Corners that tell others where to look.
 const SURPRISES: usize = 5;
+const MIN_SURPRISES: usize = 3;
 
 /// With fewer corners, new ones are looked for everywhere.
 const FEW: usize = MAX_TRACKS / 2;
 
-/// Corners that must agree, at least, and the share of those found again, in tenths.
+/// Corners that must agree, at least; and as shares of those found again, and of those that should have been: half a
+/// frame from another time has half of the corners, and is refused.
 const MIN_INLIERS: usize = 6;
-const MIN_INLIER_TENTHS: usize = 6;
+const MIN_PERCENT_OF_FOUND: usize = 60;
+const MIN_PERCENT_OF_VISIBLE: usize = 40;
 
 /// How far from where a corner should be it may be found to agree, in pixels.
 const LIMIT_PX: f32 = 2.5;
@@ -48,7 +51,7 @@ const MARGIN_PX: f32 = 8.0;
 const OUTGOING: f32 = 0.3;
 
 /// A fit's errors enter the map of anchors with the new ones among them, by this factor; see the module's notes.
-const GROWTH: f32 = 2.0;
+const GROWTH: f32 = 2.5;
 
 /// Visual path integration: 66 KiB of state.
 #[derive(Clone, Debug)]
@@ -297,27 +300,33 @@ impl Odometry {
             }
         }
         let mut pairs: Vec<Pair, MAX_TRACKS> = Vec::new();
+        for track in &mut self.tracks {
+            let from = track.found_px.and_then(|found| ground.level(found));
+            let pair = from.map(|from| Pair {
+                from,
+                to: track.anchor,
+            });
+            if !pair.is_some_and(|pair| pairs.push(pair).is_ok()) {
+                track.found_px = None;
+            }
+        }
+        let per_px = ground.per_px();
+        let least = LEAST_BASE * f32::from(self.side_px) * per_px;
+        let agreement = agree(&pairs, LIMIT_PX * per_px, FLOOR_PX * per_px, least)?;
+        let inliers = agreement.inliers.count_ones() as usize;
+        let visible = self.count_visible(&agreement.similarity, ground);
+        let is_share = |of: usize, percent: usize| inliers * 100 >= of * percent;
+        let is_most = is_share(pairs.len(), MIN_PERCENT_OF_FOUND);
+        if inliers < MIN_INLIERS || !is_most || !is_share(visible, MIN_PERCENT_OF_VISIBLE) {
+            return None;
+        }
+        let mut index = 0;
         self.tracks.retain_mut(|track| {
             let Some(found) = track.found_px.take() else {
                 return false;
             };
             track.at_px = found;
             track.age = track.age.saturating_add(1);
-            let pair = ground.level(found).map(|from| Pair {
-                from,
-                to: track.anchor,
-            });
-            pair.is_some_and(|pair| pairs.push(pair).is_ok())
-        });
-        let per_px = ground.per_px();
-        let least = LEAST_BASE * f32::from(self.side_px) * per_px;
-        let agreement = agree(&pairs, LIMIT_PX * per_px, FLOOR_PX * per_px, least)?;
-        let (tracked, inliers) = (pairs.len(), agreement.inliers.count_ones() as usize);
-        if inliers < MIN_INLIERS || inliers * 10 < tracked * MIN_INLIER_TENTHS {
-            return None;
-        }
-        let mut index = 0;
-        self.tracks.retain(|_| {
             let is_inlier = agreement.inliers >> index & 1 == 1;
             index += 1;
             is_inlier
@@ -330,7 +339,17 @@ impl Odometry {
             };
             stays(0) && stays(1)
         });
-        self.arrive(&agreement, tracked as u8)
+        self.arrive(&agreement, pairs.len() as u8)
+    }
+
+    /// Corners that the frame shows when it was taken at that pose.
+    fn count_visible(&self, pose: &Similarity, ground: &Ground) -> usize {
+        let (to_ground, regions) = (pose.inverse(), Regions::new(self.side_px, [0.0; 2]));
+        let is_visible = |track: &&Track| {
+            let at = ground.project(to_ground.apply(track.anchor));
+            at.is_some_and(|at| regions.is_inside(at))
+        };
+        self.tracks.iter().filter(is_visible).count()
     }
 
     /// Takes over the pose that corners agree on.
@@ -395,37 +414,34 @@ impl Odometry {
             return;
         }
         let half = self.halves_of_both().0.under(*base)[1];
-        let mut candidates = Candidates::find(base, &half);
+        let mut candidates = Candidates::none();
+        candidates.find(base, &half);
         // Where the ground goes in the frame.
         let flow = self
             .motion
             .map_or([0.0; 2], |motion| motion.inverse().shift);
         let regions = Regions::new(self.side_px, flow);
         let is_few = old < FEW;
-        let present = self.tracks.clone();
-        let (pose, tracks, next_id) = (self.pose(), &mut self.tracks, &mut self.next_id);
-        candidates.spread(
-            &present,
-            |at_px| regions.is_inside(at_px) && (is_few || !regions.is_outgoing(at_px)),
-            |corner| {
-                let Some(ground) = ground.level(corner.at_px) else {
-                    return true;
-                };
-                let is_taken = tracks
-                    .push(Track {
-                        id: *next_id,
-                        age: 0,
-                        at_px: corner.at_px,
-                        before_px: corner.at_px,
-                        found_px: None,
-                        reference_px: corner.at_px,
-                        anchor: pose.apply(ground),
-                    })
-                    .is_ok();
-                *next_id = next_id.wrapping_add(u32::from(is_taken));
-                is_taken
-            },
-        );
+        let corners = candidates.spread(&self.tracks, MAX_TRACKS - old, |at_px| {
+            regions.is_inside(at_px) && (is_few || !regions.is_outgoing(at_px))
+        });
+        for corner in &corners {
+            let Some(below) = ground.level(corner.at_px) else {
+                continue;
+            };
+            let track = Track {
+                id: self.next_id,
+                age: 0,
+                at_px: corner.at_px,
+                before_px: corner.at_px,
+                found_px: None,
+                reference_px: corner.at_px,
+                anchor: self.pose().apply(below),
+            };
+            if self.tracks.push(track).is_ok() {
+                self.next_id = self.next_id.wrapping_add(1);
+            }
+        }
         let share = (self.tracks.len() - old) as f32 / self.tracks.len().max(1) as f32;
         self.common += self.fit * (GROWTH * share);
     }
@@ -463,7 +479,7 @@ struct Surprises {
 impl Surprises {
     /// Where a corner should be, seeing where others were: moved by the medians of the first ones' surprises.
     fn add_to(&self, guess: [f32; 2]) -> [f32; 2] {
-        if !self.moves.is_full() {
+        if self.moves.len() < MIN_SURPRISES {
             return guess;
         }
         [guess[0] + self.median(0), guess[1] + self.median(1)]
@@ -474,7 +490,7 @@ impl Surprises {
         let _ = self.moves.push([found[0] - guess[0], found[1] - guess[1]]);
     }
 
-    /// The one of an odd number that as many are above as below.
+    /// The one that as many are above as below; of an even number the upper of the two.
     fn median(&self, axis: usize) -> f32 {
         let values = || {
             self.moves
