@@ -306,7 +306,7 @@ impl Odometry {
                 from,
                 to: track.anchor,
             });
-            if !pair.is_some_and(|pair| pairs.push(pair).is_ok()) {
+            if pair.is_none_or(|pair| pairs.push(pair).is_err()) {
                 track.found_px = None;
             }
         }
