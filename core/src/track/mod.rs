@@ -6,14 +6,17 @@
 mod corner;
 mod digest;
 mod follow;
+mod frames;
 mod ground;
 mod level;
 mod odometry;
 mod patch;
 mod placement;
+mod regions;
 mod similarity;
 #[cfg(test)]
 mod tests;
+mod tracks;
 
 pub use digest::{digest, see_ground};
 pub use level::MAX_SIDE_PX;

@@ -15,6 +15,9 @@ use eigenmark_core::{
 use eigenmark_tests::maps::{self, TestMap};
 use rand::{Rng, RngExt};
 
+/// Flights per map and conditions.
+const FLIGHTS: u64 = 2;
+
 /// Frames of a flight, and the way between two as a share of the footprint.
 const FRAMES: u32 = 400;
 const STEP: f64 = 0.04;
@@ -30,9 +33,9 @@ const TOLD_DEG: f64 = 1.0;
 const COMPASS_RAD: f64 = 0.03;
 const ALTIMETER: f64 = 0.02;
 
-/// Distance from the truth over the way flown, at the end and at most, in percent; the goal is 3. Measured with seeds 0 to
-/// 3: see [`flights_over_every_map_drift_little`].
-const MAX_DRIFT_PERCENT: f64 = 3.0;
+/// Distance from the truth at the end over the way flown, at most, in percent. The goal is 3, most flights are below 0.5:
+/// see [`flights_over_every_map_drift_little`].
+const MAX_DRIFT_PERCENT: f64 = 1.0;
 
 /// What else there is than level flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,17 +56,21 @@ struct Flown {
     lost: u32,
 }
 
-/// Drift in percent, level and rough, of seeds 0 to 3:
+/// Drift of two flights in percent of ways of 16 sides:
 ///
 /// | map | level | rough |
 /// | --- | --- | --- |
+/// | city | 0.05, 0.59 | 0.32, 0.33 |
+/// | wellington | 0.05, 0.16 | 0.33, 0.33 |
+/// | nust | 0.17, 0.48 | 0.25, 0.31 |
+/// | kitsap | 0.42, 0.47 | 0.36, 0.27 |
 #[test]
 fn flights_over_every_map_drift_little() {
     for map in maps::all() {
         let opened = map.open();
         for conditions in [Conditions::Level, Conditions::Rough] {
             let mut drifts = Vec::new();
-            for seed in 0..2 {
+            for seed in 0..FLIGHTS {
                 let flown = fly(&opened, &map, conditions, seed);
                 assert_eq!(flown.lost, 0, "{} {conditions:?} {seed}", map.name);
                 assert!(
