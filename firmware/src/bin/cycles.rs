@@ -178,11 +178,18 @@ fn track(meter: &mut Meter, odometry: &mut Odometry, pixels: &mut [u8]) {
         displacement.inliers,
         displacement.tracked
     );
-    print(
-        format_args!("track_{TRACKED_PX}x{TRACKED_PX}_{MAX_TRACKS}"),
-        ticks,
-        1,
-    );
+    let name = format_args!("track_{TRACKED_PX}x{TRACKED_PX}_{MAX_TRACKS}");
+    print(name, ticks, 1);
+    // The most that a frame can take: nothing is found, neither where it should be nor where it was.
+    let (displacement, ticks) = see(Placement {
+        x: 30.0,
+        ..Placement::ORIGIN
+    });
+    if displacement.is_some() {
+        defmt::error!("frames of different places are found to overlap");
+        fail()
+    }
+    print(format_args!("{}_lost", name), ticks, 1);
 }
 
 fn match_dense(meter: &mut Meter, atlas: &Atlas<'_>) {
