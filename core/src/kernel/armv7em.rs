@@ -356,6 +356,41 @@ macro_rules! statistics_group {
     };
 }
 
+/// See [`portable::dot_pair`]: one instruction.
+#[inline(always)]
+pub fn dot_pair(a: u32, b: u32, sum: i32) -> i32 {
+    let result;
+    // SAFETY: it reads and writes registers only; overflow sets a flag that nothing reads.
+    unsafe {
+        asm!(
+            "smlad {result}, {a}, {b}, {sum}",
+            result = lateout(reg) result,
+            a = in(reg) a,
+            b = in(reg) b,
+            sum = in(reg) sum,
+            options(pure, nomem, nostack, preserves_flags),
+        );
+    }
+    result
+}
+
+/// See [`portable::subtract_pairs`]: one instruction.
+#[inline(always)]
+pub fn subtract_pairs(a: u32, b: u32) -> u32 {
+    let result;
+    // SAFETY: it reads and writes registers only.
+    unsafe {
+        asm!(
+            "ssub16 {result}, {a}, {b}",
+            result = lateout(reg) result,
+            a = in(reg) a,
+            b = in(reg) b,
+            options(pure, nomem, nostack, preserves_flags),
+        );
+    }
+    result
+}
+
 /// See [`portable::statistics`].
 pub fn statistics(pixels: &[Pixels]) -> (u32, u32) {
     let whole = pixels.len() & !3;

@@ -26,13 +26,13 @@ mod twins;
 
 #[cfg(armv7em)]
 pub(crate) use armv7em::{
-    Dots, add_blocks, block_dots, find_square, keep_greatest, mean_dot, reduce_sixfold, statistics,
-    sum_cuts,
+    Dots, add_blocks, block_dots, dot_pair, find_square, keep_greatest, mean_dot, reduce_sixfold,
+    statistics, subtract_pairs, sum_cuts,
 };
 #[cfg(not(armv7em))]
 pub(crate) use portable::{
-    Dots, add_blocks, block_dots, find_square, keep_greatest, mean_dot, reduce_sixfold, statistics,
-    sum_cuts,
+    Dots, add_blocks, block_dots, dot_pair, find_square, keep_greatest, mean_dot, reduce_sixfold,
+    statistics, subtract_pairs, sum_cuts,
 };
 
 pub(crate) use cuts::{Cuts, MAX_COLUMNS};

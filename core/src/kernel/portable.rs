@@ -80,6 +80,22 @@ pub fn mean_dot(pixels: &[Pixels], weights: &[Weights]) -> i32 {
         .fold(0, i32::wrapping_add)
 }
 
+/// `sum` plus the products of the halves of two words, low with low and high with high, as signed numbers.
+#[inline(always)]
+pub fn dot_pair(a: u32, b: u32, sum: i32) -> i32 {
+    let low = i32::from(a as i16) * i32::from(b as i16);
+    let high = ((a as i32) >> 16) * ((b as i32) >> 16);
+    sum.wrapping_add(low).wrapping_add(high)
+}
+
+/// The halves of a word minus those of another.
+#[inline(always)]
+pub fn subtract_pairs(a: u32, b: u32) -> u32 {
+    let low = (a as u16).wrapping_sub(b as u16);
+    let high = ((a >> 16) as u16).wrapping_sub((b >> 16) as u16);
+    u32::from(low) | u32::from(high) << 16
+}
+
 /// Σy and Σy².
 #[inline]
 pub fn statistics(pixels: &[Pixels]) -> (u32, u32) {

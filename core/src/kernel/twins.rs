@@ -32,6 +32,8 @@ pub enum Disagreement {
     DotsI16,
     /// Matching with 8-bit coefficients.
     DotsI8,
+    /// Products and differences of pairs.
+    Pairs,
     /// Comparing landmarks by fractions.
     KeepGreatest,
     /// Comparing landmarks by squares.
@@ -108,6 +110,7 @@ pub fn compare(seed: u32, cases: u32) -> Result<(), Disagreement> {
         ] {
             compare_dots(width, view, &pairs, count)?;
         }
+        compare_pairs(&pairs)?;
         compare_greatest(&mut random)?;
     }
     Ok(())
@@ -166,6 +169,19 @@ fn compare_dots(
             Width::I8 => Disagreement::DotsI8,
         },
     )
+}
+
+fn compare_pairs(pairs: &[Pair]) -> Result<(), Disagreement> {
+    let words: &[u32] = bytemuck::cast_slice(pairs);
+    let (mut fast, mut plain) = (0, 0);
+    for two in words.windows(2).take(64) {
+        let &[a, b] = two else { continue };
+        fast = super::dot_pair(a, b, fast);
+        plain = portable::dot_pair(a, b, plain);
+        let is_same = super::subtract_pairs(a, b) == portable::subtract_pairs(a, b);
+        agree(is_same && fast == plain, Disagreement::Pairs)?;
+    }
+    Ok(())
 }
 
 fn compare_greatest(random: &mut Random) -> Result<(), Disagreement> {

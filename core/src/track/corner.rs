@@ -5,7 +5,7 @@
 //!
 //! **Method.** On the half-sized level, central differences are multiplied and summed over cells of 2×2 pixels, and
 //! those over windows of 3×3 cells: 12×12 pixels of the frame, just what is tracked. All of that in integers. In every
-//! block of 4×4 cells the best window is a candidate. Candidates are taken best first, but no two closer than a
+//! block of cells, 4×4 of the largest frames and fewer of smaller ones, the best window is a candidate. Candidates are taken best first, but no two closer than a
 //! distance, which shrinks while too few were found: first corners are spread, then gaps are filled. Deviations from
 //! the paper:
 //! 1. Windows lie on a raster of 4 pixels: tracking needs no point to be a local maximum, and texture is as good there.
@@ -19,14 +19,11 @@ use crate::math::sqrt;
 /// Pixels of a level per cell and direction.
 const CELL: usize = 2;
 
-/// Cells per block and direction.
-const BLOCK: usize = 4;
-
 /// Cells of the largest level per direction, without its border pixel: of 100 pixels at half size.
 const MAX_CELLS: usize = 49;
 
-/// Blocks of them per direction.
-const MAX_BLOCKS: usize = MAX_CELLS.div_ceil(BLOCK);
+/// Blocks per direction, at most: of the largest level's cells, four and four are one.
+const MAX_BLOCKS: usize = 13;
 
 /// Frames below this side, in pixels, are looked at themselves, not at half size.
 const MIN_HALVED_SIDE_PX: u16 = 64;
@@ -64,19 +61,25 @@ pub struct Candidates {
 }
 
 impl Candidates {
-    /// The best windows of a frame, given its finest level and the next.
-    #[inline(never)]
-    pub fn find(base: &Level<'_>, half: &Level<'_>) -> Self {
-        let mut candidates = Self {
+    /// None.
+    pub fn none() -> Self {
+        Self {
             corners: [Corner::default(); MAX_BLOCKS * MAX_BLOCKS],
-            side_px: base.side.into(),
-        };
+            side_px: 0.0,
+        }
+    }
+
+    /// Adds those of a frame, given its finest level and the next.
+    #[inline(never)] // its rows are not the caller's
+    pub fn find(&mut self, base: &Level<'_>, half: &Level<'_>) {
+        self.side_px = base.side.into();
         let (level, scale) = if base.side < MIN_HALVED_SIDE_PX {
             (base, 1.0)
         } else {
             (half, 2.0)
         };
         let cells = (usize::from(level.side).saturating_sub(2) / CELL).min(MAX_CELLS);
+        let block = cells.div_ceil(MAX_BLOCKS).max(1);
         let mut rows = [[Tensor::default(); MAX_CELLS]; 3];
         for y in 0..cells {
             rows.rotate_left(1);
@@ -91,11 +94,11 @@ impl Candidates {
                 *sum = add(*a, add(*b, *c));
             }
             let middle = |cell: usize| ((cell * CELL) as f32 + 2.0) * scale;
-            let row = (y - 1) / BLOCK * MAX_BLOCKS;
+            let row = (y - 1) / block * MAX_BLOCKS;
             for (x, three) in sums.windows(3).enumerate().take(cells.saturating_sub(2)) {
                 let &[a, b, c] = three else { continue };
                 let tensor = add(a, add(b, c));
-                let Some(best) = candidates.corners.get_mut(row + (x + 1) / BLOCK) else {
+                let Some(best) = self.corners.get_mut(row + (x + 1) / block) else {
                     continue;
                 };
                 if let Some(eigenvalue) = smaller_eigenvalue(tensor, best.eigenvalue) {
@@ -106,41 +109,59 @@ impl Candidates {
                 }
             }
         }
-        candidates
     }
 
-    /// Takes corners best first, away from each other and from those `present`, until `take` refuses one.
+    /// At most `count` corners where they are allowed: best first, away from each other and from those `present`.
     pub fn spread(
-        &mut self,
+        &self,
         present: &[Track],
+        count: usize,
         is_allowed: impl Fn([f32; 2]) -> bool,
-        mut take: impl FnMut(Corner) -> bool,
-    ) {
-        for corner in &mut self.corners {
-            if !is_allowed(corner.at_px) {
-                corner.eigenvalue = 0.0;
-            }
-        }
-        let mut taken: Vec<[f32; 2], MAX_TRACKS> = Vec::new();
+    ) -> Vec<Corner, MAX_TRACKS> {
+        let mut taken: Vec<Corner, MAX_TRACKS> = Vec::new();
         for spacing in SPACINGS {
             let spacing_px = spacing * self.side_px;
-            // Those too close to another; they may do at the next spacing.
-            let mut corners = self.corners;
-            for at_px in present
-                .iter()
-                .map(|track| track.at_px)
-                .chain(taken.iter().copied())
-            {
-                remove_near(&mut corners, at_px, spacing_px);
+            // Those too close to another one may do at the next spacing.
+            let mut is_out = [false; MAX_BLOCKS * MAX_BLOCKS];
+            for (corner, is_out) in self.corners.iter().zip(&mut is_out) {
+                let mut others = present.iter().map(|track| track.at_px);
+                let is_far =
+                    |other| distance_squared(corner.at_px, other) >= spacing_px * spacing_px;
+                *is_out = corner.eigenvalue <= 0.0
+                    || !is_allowed(corner.at_px)
+                    || !others.all(is_far)
+                    || !taken.iter().all(|other| is_far(other.at_px));
             }
-            while let Some(best) = best(&corners) {
-                if taken.push(best.at_px).is_err() || !take(best) {
-                    return;
+            while taken.len() < count {
+                let Some(best) = self.best(&is_out) else {
+                    break;
+                };
+                if taken.push(best).is_err() {
+                    break;
                 }
-                remove_near(&mut corners, best.at_px, spacing_px);
+                for (corner, is_out) in self.corners.iter().zip(&mut is_out) {
+                    *is_out |= distance_squared(corner.at_px, best.at_px) < spacing_px * spacing_px;
+                }
             }
         }
+        taken
     }
+
+    fn best(&self, is_out: &[bool]) -> Option<Corner> {
+        let mut best = None;
+        let mut eigenvalue = 0.0;
+        for (corner, is_out) in self.corners.iter().zip(is_out) {
+            if !is_out && corner.eigenvalue > eigenvalue {
+                (best, eigenvalue) = (Some(*corner), corner.eigenvalue);
+            }
+        }
+        best
+    }
+}
+
+fn distance_squared(a: [f32; 2], b: [f32; 2]) -> f32 {
+    let [dx, dy] = [a[0] - b[0], a[1] - b[1]];
+    dx * dx + dy * dy
 }
 
 fn add(a: Tensor, b: Tensor) -> Tensor {
@@ -177,23 +198,4 @@ fn smaller_eigenvalue([xx, xy, yy]: Tensor, limit: f32) -> Option<f32> {
     let (sum, difference, xy) = ((xx + yy) as f32, (xx - yy) as f32, xy as f32);
     let eigenvalue = 0.5 * (sum - sqrt(difference * difference + 4.0 * xy * xy));
     (eigenvalue > limit).then_some(eigenvalue)
-}
-
-fn best(corners: &[Corner]) -> Option<Corner> {
-    let mut best = Corner::default();
-    for corner in corners {
-        if corner.eigenvalue > best.eigenvalue {
-            best = *corner;
-        }
-    }
-    (best.eigenvalue > 0.0).then_some(best)
-}
-
-fn remove_near(corners: &mut [Corner], [x, y]: [f32; 2], distance_px: f32) {
-    for corner in corners {
-        let [dx, dy] = [corner.at_px[0] - x, corner.at_px[1] - y];
-        if dx * dx + dy * dy < distance_px * distance_px {
-            corner.eigenvalue = 0.0;
-        }
-    }
 }

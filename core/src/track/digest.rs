@@ -37,7 +37,7 @@ pub fn see_ground(placement: &Placement, side_px: u16, pixels: &mut [u8]) {
 }
 
 /// The level of the ground at a position in units of 1/256 pixel: random levels on lattices, interpolated.
-fn ground([x, y]: [i32; 2]) -> u8 {
+pub(super) fn ground([x, y]: [i32; 2]) -> u8 {
     let mut sum = 0;
     for (spacing, share) in LATTICES {
         let spacing = spacing * 256;

@@ -6,14 +6,17 @@
 mod corner;
 mod digest;
 mod follow;
+mod frames;
 mod ground;
 mod level;
 mod odometry;
 mod patch;
 mod placement;
+mod regions;
 mod similarity;
 #[cfg(test)]
 mod tests;
+mod tracks;
 
 pub use digest::{digest, see_ground};
 pub use level::MAX_SIDE_PX;
@@ -23,9 +26,9 @@ pub use placement::{Covariance, Displacement, Placement};
 /// Corners that are tracked at most: the number that the budget is made for.
 pub const MAX_TRACKS: usize = 20;
 
-/// Windows around corners this far from the border, in pixels, fit on all levels: seven pixels of the coarsest, and two
+/// Windows around corners this far from the border, in pixels, fit on the half-sized level: seven of its pixels, and two
 /// to spare.
-const INNER_PX: f32 = 36.0;
+const INNER_PX: f32 = 18.0;
 
 /// A corner that is followed from frame to frame.
 ///
@@ -51,7 +54,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// Whether windows fit on all levels, also after a few pixels' way.
+    /// Whether it can be found some way off: windows fit on coarser levels.
     fn is_inner(&self, side_px: u16) -> bool {
         let inner = INNER_PX..=f32::from(side_px) - INNER_PX;
         self.at_px.iter().all(|at| inner.contains(at))

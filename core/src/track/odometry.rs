@@ -2,67 +2,31 @@
 
 use core::f32::consts::{PI, TAU};
 
-use heapless::Vec;
 use nalgebra::Vector4;
 
 use super::{
-    MAX_TRACKS, Track,
-    corner::Candidates,
-    follow::follow,
+    Track,
+    frames::Frames,
     ground::Ground,
-    level::{Base, Halves, Level},
+    level::Level,
     placement::{Covariance, Displacement, Placement, is_covariance, of_fit, propagation, turned},
-    similarity::{Agreement, Pair, Similarity, agree},
+    similarity::{Agreement, Similarity},
+    tracks::Tracks,
 };
 use crate::{frame::Frame, preprocess::Tilt};
 
-/// Corners that tell others where to look.
-const SURPRISES: usize = 5;
-
-/// With fewer corners, new ones are looked for everywhere.
-const FEW: usize = MAX_TRACKS / 2;
-
-/// Corners that must agree, at least, and the share of those found again, in tenths.
-const MIN_INLIERS: usize = 6;
-const MIN_INLIER_TENTHS: usize = 6;
-
-/// How far from where a corner should be it may be found to agree, in pixels.
-const LIMIT_PX: f32 = 2.5;
-
-/// No fit is better than this, in pixels: the error of a corner on a noiseless frame.
-const FLOOR_PX: f32 = 0.05;
-
-/// The smallest distance of two corners that may fix a similarity, as a share of the side.
-const LEAST_BASE: f32 = 0.15;
-
-/// When corners moved by this on average since the reference frame, in pixels, the present one takes its place.
-const RENEW_PX: f32 = 6.0;
-
-/// The same for turns, in radians, and relative changes of altitude: windows are not turned or scaled.
+/// When the vehicle turned by this since the reference frame, in radians, or changed its altitude by this share, the
+/// present frame takes its place: windows are not turned or scaled.
 const RENEW_TURN: f32 = 0.04;
 
-/// A corner is dropped where its window will not fit any more: half a window, a difference, and a pixel to spare.
-const MARGIN_PX: f32 = 8.0;
-
-/// The outgoing region: beyond this share of the side from the middle, along the way of the ground.
-const OUTGOING: f32 = 0.3;
-
 /// A fit's errors enter the map of anchors with the new ones among them, by this factor; see the module's notes.
-const GROWTH: f32 = 2.0;
+const GROWTH: f32 = 2.5;
 
 /// Visual path integration: 66 KiB of state.
 #[derive(Clone, Debug)]
 pub struct Odometry {
-    /// The frame that corners are tracked from.
-    base: Base,
-    /// Its halves, and those of the present frame, in this order or the other.
-    halves: [Halves; 2],
-    is_swapped: bool,
-    /// Side of the reference's square and of the part that is tracked, in pixels; 0 before the first frame.
-    square_px: u16,
-    side_px: u16,
-    tracks: Vec<Track, MAX_TRACKS>,
-    next_id: u32,
+    frames: Frames,
+    tracks: Tracks,
     /// From ground positions below the vehicle to the plane; none is the origin. So an odometry starts as nothing but
     /// zeros, and a static one needs no copy in flash.
     pose: Option<Similarity>,
@@ -85,13 +49,8 @@ impl Odometry {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            base: Base::new(),
-            halves: [Halves::new(), Halves::new()],
-            is_swapped: false,
-            square_px: 0,
-            side_px: 0,
-            tracks: Vec::new(),
-            next_id: 0,
+            frames: Frames::new(),
+            tracks: Tracks::new(),
             pose: None,
             reference_turn: [0.0; 2],
             motion: None,
@@ -122,9 +81,7 @@ impl Odometry {
         let base = Level::of(frame);
         let square_px = frame.square_side();
         let ground = Ground::new(square_px, base.side, tilt);
-        self.halves_of_both().1.halve(&base);
-        let is_comparable = (square_px, base.side) == (self.square_px, self.side_px);
-        let displacement = if is_comparable {
+        let displacement = if self.frames.present(&base, square_px) {
             self.track(&base, &ground)
         } else {
             None
@@ -134,10 +91,9 @@ impl Odometry {
             self.motion = None;
             self.common += self.fit;
             self.fit = ZERO;
-            (self.square_px, self.side_px) = (square_px, base.side);
         }
-        if displacement.is_none() || self.is_due() {
-            self.renew(&base, &ground);
+        if displacement.is_none() || self.tracks.are_due() || self.is_turned() {
+            self.renew(&base, square_px, &ground);
         }
         displacement
     }
@@ -157,7 +113,7 @@ impl Odometry {
     /// The corners that are tracked.
     #[must_use]
     pub fn tracks(&self) -> &[Track] {
-        &self.tracks
+        self.tracks.as_slice()
     }
 
     /// Takes in a displacement that was not seen: dead reckoning, after [`advance`](Self::advance) gave `None`.
@@ -252,85 +208,28 @@ impl Odometry {
     /// Moves the vehicle, and with it all that it sees.
     fn move_to(&mut self, pose: Similarity) {
         let moved = pose.after(&self.pose().inverse());
-        for track in &mut self.tracks {
-            track.anchor = moved.apply(track.anchor);
-        }
+        self.tracks.move_anchors(&moved);
         self.reference_turn = moved.rotate(self.reference_turn);
         self.pose = Some(pose);
-    }
-
-    /// The halves of the reference and of the present frame.
-    fn halves_of_both(&mut self) -> (&mut Halves, &mut Halves) {
-        let [first, second] = &mut self.halves;
-        if self.is_swapped {
-            (second, first)
-        } else {
-            (first, second)
-        }
     }
 
     /// Finds the corners in the present frame, whose halves are up to date, and the pose that they agree on.
     #[inline(never)]
     fn track(&mut self, base: &Level<'_>, ground: &Ground) -> Option<Displacement> {
-        let (reference, present) = if self.is_swapped {
-            (&self.halves[1], &self.halves[0])
-        } else {
-            (&self.halves[0], &self.halves[1])
-        };
-        let from = reference.under(self.base.level(self.side_px));
-        let to = present.under(*base);
-        // The vehicle goes on as it went.
+        let pyramids = self.frames.pyramids(base);
+        // The vehicle goes on as it went, or it does not.
         let motion = self.motion.unwrap_or(Similarity::IDENTITY);
         let to_ground = self.pose().after(&motion).inverse();
-        let mut surprises = Surprises::default();
-        for is_inner in [true, false] {
-            for track in &mut self.tracks {
-                let guess = ground.project(to_ground.apply(track.anchor));
-                let Some(guess) = guess.filter(|_| is_inner == track.is_inner(self.side_px)) else {
-                    continue;
-                };
-                track.before_px = track.at_px;
-                track.found_px = follow(&from, &to, track.reference_px, surprises.add_to(guess));
-                if let Some(found) = track.found_px {
-                    surprises.note(guess, found);
-                }
-            }
+        let goes_on = |track: &Track| ground.project(to_ground.apply(track.anchor));
+        let mut found = self.tracks.find(&pyramids, ground, goes_on);
+        if found.is_none() {
+            found = self
+                .tracks
+                .find(&pyramids, ground, |track| Some(track.at_px));
         }
-        let mut pairs: Vec<Pair, MAX_TRACKS> = Vec::new();
-        self.tracks.retain_mut(|track| {
-            let Some(found) = track.found_px.take() else {
-                return false;
-            };
-            track.at_px = found;
-            track.age = track.age.saturating_add(1);
-            let pair = ground.level(found).map(|from| Pair {
-                from,
-                to: track.anchor,
-            });
-            pair.is_some_and(|pair| pairs.push(pair).is_ok())
-        });
-        let per_px = ground.per_px();
-        let least = LEAST_BASE * f32::from(self.side_px) * per_px;
-        let agreement = agree(&pairs, LIMIT_PX * per_px, FLOOR_PX * per_px, least)?;
-        let (tracked, inliers) = (pairs.len(), agreement.inliers.count_ones() as usize);
-        if inliers < MIN_INLIERS || inliers * 10 < tracked * MIN_INLIER_TENTHS {
-            return None;
-        }
-        let mut index = 0;
-        self.tracks.retain(|_| {
-            let is_inlier = agreement.inliers >> index & 1 == 1;
-            index += 1;
-            is_inlier
-        });
-        let last = f32::from(self.side_px) - MARGIN_PX;
-        self.tracks.retain(|track| {
-            let stays = |axis: usize| {
-                let next = 2.0 * track.at_px[axis] - track.before_px[axis];
-                (MARGIN_PX..=last).contains(&next)
-            };
-            stays(0) && stays(1)
-        });
-        self.arrive(&agreement, tracked as u8)
+        let (agreement, tracked) = found?;
+        self.tracks.settle(&agreement, base.side);
+        self.arrive(&agreement, tracked)
     }
 
     /// Takes over the pose that corners agree on.
@@ -364,69 +263,26 @@ impl Odometry {
         })
     }
 
-    /// Whether the present frame should become the reference.
-    fn is_due(&self) -> bool {
-        if self.tracks.len() < FEW {
-            return true;
-        }
+    /// Whether the vehicle turned or climbed so far since the reference that windows look another way.
+    fn is_turned(&self) -> bool {
         // The present turn, seen from the reference's.
         let [c, s] = self.reference_turn;
         let [now_c, now_s] = self.pose().turn;
         let square = c * c + s * s;
         let (along, across) = (c * now_c + s * now_s - square, c * now_s - s * now_c);
-        if along.abs().max(across.abs()) > RENEW_TURN * square {
-            return true;
-        }
-        let squares: f32 = self.tracks.iter().map(Track::moved_squared).sum();
-        squares > RENEW_PX * RENEW_PX * self.tracks.len() as f32
+        along.abs().max(across.abs()) > RENEW_TURN * square
     }
 
     /// Makes the present frame the reference, and looks for new corners in it.
-    #[inline(never)]
-    fn renew(&mut self, base: &Level<'_>, ground: &Ground) {
-        self.base.copy(base);
-        self.is_swapped = !self.is_swapped;
-        self.reference_turn = self.pose().turn;
-        for track in &mut self.tracks {
-            track.reference_px = track.at_px;
-        }
-        let old = self.tracks.len();
-        if old == MAX_TRACKS {
-            return;
-        }
-        let half = self.halves_of_both().0.under(*base)[1];
-        let mut candidates = Candidates::find(base, &half);
+    fn renew(&mut self, base: &Level<'_>, square_px: u16, ground: &Ground) {
+        let pose = self.pose();
+        self.reference_turn = pose.turn;
         // Where the ground goes in the frame.
         let flow = self
             .motion
             .map_or([0.0; 2], |motion| motion.inverse().shift);
-        let regions = Regions::new(self.side_px, flow);
-        let is_few = old < FEW;
-        let present = self.tracks.clone();
-        let (pose, tracks, next_id) = (self.pose(), &mut self.tracks, &mut self.next_id);
-        candidates.spread(
-            &present,
-            |at_px| regions.is_inside(at_px) && (is_few || !regions.is_outgoing(at_px)),
-            |corner| {
-                let Some(ground) = ground.level(corner.at_px) else {
-                    return true;
-                };
-                let is_taken = tracks
-                    .push(Track {
-                        id: *next_id,
-                        age: 0,
-                        at_px: corner.at_px,
-                        before_px: corner.at_px,
-                        found_px: None,
-                        reference_px: corner.at_px,
-                        anchor: pose.apply(ground),
-                    })
-                    .is_ok();
-                *next_id = next_id.wrapping_add(u32::from(is_taken));
-                is_taken
-            },
-        );
-        let share = (self.tracks.len() - old) as f32 / self.tracks.len().max(1) as f32;
+        let levels = self.frames.keep(base, square_px);
+        let share = self.tracks.renew(&levels, ground, &pose, flow);
         self.common += self.fit * (GROWTH * share);
     }
 
@@ -451,77 +307,6 @@ impl Odometry {
 impl Default for Odometry {
     fn default() -> Self {
         Self::new()
-    }
-}
-
-/// How far corners were from where they should have been.
-#[derive(Default)]
-struct Surprises {
-    moves: Vec<[f32; 2], SURPRISES>,
-}
-
-impl Surprises {
-    /// Where a corner should be, seeing where others were: moved by the medians of the first ones' surprises.
-    fn add_to(&self, guess: [f32; 2]) -> [f32; 2] {
-        if !self.moves.is_full() {
-            return guess;
-        }
-        [guess[0] + self.median(0), guess[1] + self.median(1)]
-    }
-
-    fn note(&mut self, guess: [f32; 2], found: [f32; 2]) {
-        // Those that come when it is full are not needed.
-        let _ = self.moves.push([found[0] - guess[0], found[1] - guess[1]]);
-    }
-
-    /// The one of an odd number that as many are above as below.
-    fn median(&self, axis: usize) -> f32 {
-        let values = || {
-            self.moves
-                .iter()
-                .filter_map(move |by| by.get(axis).copied())
-        };
-        let below = |value: f32| values().filter(|&other| other < value).count();
-        let half = self.moves.len() / 2;
-        let is_median = |&value: &f32| {
-            let equal = values().filter(|&other| other == value).count();
-            (below(value)..below(value) + equal).contains(&half)
-        };
-        values().find(is_median).unwrap_or_default()
-    }
-}
-
-/// Regions of the frame by the way of the ground through it.
-struct Regions {
-    side_px: f32,
-    /// Unit vector of the ground's way, or none when it stands still.
-    way: [f32; 2],
-}
-
-impl Regions {
-    fn new(side_px: u16, [x, y]: [f32; 2]) -> Self {
-        let length = crate::math::sqrt(x * x + y * y);
-        // Half a percent of the side: a pixel of 200.
-        let is_moving = length > 0.005;
-        Self {
-            side_px: side_px.into(),
-            way: if is_moving {
-                [x / length, y / length]
-            } else {
-                [0.0; 2]
-            },
-        }
-    }
-
-    /// Whether a window fits around it.
-    fn is_inside(&self, at_px: [f32; 2]) -> bool {
-        let inside = MARGIN_PX..=self.side_px - MARGIN_PX;
-        at_px.iter().all(|at| inside.contains(at))
-    }
-
-    fn is_outgoing(&self, at_px: [f32; 2]) -> bool {
-        let [x, y] = at_px.map(|at| at - self.side_px / 2.0);
-        x * self.way[0] + y * self.way[1] > OUTGOING * self.side_px
     }
 }
 

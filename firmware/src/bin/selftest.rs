@@ -7,6 +7,7 @@ use eigenmark_core::{
     atlas::{Atlas, AtlasError},
     explore, kernel,
     localizer::{Localizer, digest, reduction_matches_reference},
+    track::{self, Odometry},
 };
 use eigenmark_firmware::{
     atlas_region::{self, Slot},
@@ -32,10 +33,18 @@ const TWIN_CASES: u32 = match option_env!("EIGENMARK_TWIN_CASES") {
 /// The same with what they read and write at the edges of a guarded room.
 const EDGE_CASES: u32 = 500;
 
+/// What the frame of the odometry's digest takes of the stack, in bytes.
+const TRACKED_BYTES: usize = 96 * 96;
+
+static ODOMETRY: ConstStaticCell<Odometry> = ConstStaticCell::new(Odometry::new());
+
 static ROOM: ConstStaticCell<Guarded> = ConstStaticCell::new(Guarded::new());
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
+    // First, for what follows needs more.
+    let track = track::digest(ODOMETRY.take());
+    let odometry_stack = stack::high_water_mark() - TRACKED_BYTES;
     let Some((slot, atlas)) = atlas_region::find() else {
         defmt::error!("no slot holds a valid atlas");
         fail()
@@ -80,12 +89,15 @@ fn main() -> ! {
     }
     check("kernels stay within their slices", guard.is_untouched());
     defmt::println!(
-        "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"explore\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{}}}",
+        "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"explore\":\"{:08x}\",\"track\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{},\"odometry_bytes\":{},\"odometry_stack_bytes\":{}}}",
         atlas.crc(),
         digest,
         explore::digest(),
+        track,
         size_of::<Localizer<'_>>(),
         stack - 160 * 120,
+        size_of::<Odometry>(),
+        odometry_stack,
     );
     succeed()
 }

@@ -11,6 +11,7 @@
 //! bench dense PIXELS REPETITIONS EIGENIMAGES               them at every position: largest, mean and some dots
 //! bench ipca|ipca-literal VECTORS REPETITIONS LANDMARKS    the IPCA ranking from candidates 1, 2, 3
 //! bench clusters COORDINATES SEED                         every dendrogram with its cuts; k-means and silhouettes
+//! bench tracks MAP VIEW_PX FRAMES OUT                     frames of a flight; where it was, and corners in each of them
 //! ```
 
 use std::{
@@ -33,7 +34,9 @@ use eigenmark::{
         cluster::{Dendrogram, Linkage, Pairwise, k_means, silhouette_curve, silhouettes},
         rank_by_ipca, rank_by_ipca_literally,
     },
+    simulate::{Camera, Scene, seeded},
 };
+use eigenmark_core::{landmark::Point, track::Odometry};
 use image::GrayImage;
 use npyz::WriterBuilder;
 use serde::Serialize;
@@ -53,6 +56,10 @@ const CLUSTERS: [usize; 6] = [1, 2, 8, 15, 40, 70];
 
 /// Starts of k-means that are compared on average.
 const STARTS: u64 = 10;
+
+/// The way between two frames that are tracked, as a share of the footprint, and the noise of the sensor in gray levels.
+const TRACKED_STEP: f64 = 0.02;
+const TRACKED_NOISE: f64 = 1.0;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -146,6 +153,12 @@ fn main() -> Result<()> {
             let (points, dimensions) = read::<f64>(coordinates)?;
             clusters(&points, dimensions, seed.parse()?)
         }
+        ["tracks", map, view_px, frames, out] => tracks(
+            &Map::open(map)?,
+            view_px.parse()?,
+            frames.parse()?,
+            Path::new(out),
+        ),
         _ => bail!("unknown arguments {arguments:?}; see tests/src/bin/bench.rs"),
     }
 }
@@ -175,6 +188,45 @@ fn candidates(map: &str, settings: &Settings, every: usize, out: &Path) -> Resul
 }
 
 /// Everything that can be said about groups of points; timed is the whole curve of silhouettes.
+/// Flies across the middle of a map, turning and climbing, and tracks corners.
+fn tracks(map: &Map, view_px: u32, frames: u32, out: &Path) -> Result<()> {
+    let camera = Camera::square_of(view_px.into());
+    let (mut frame, mut random) = (camera.frame(), seeded(1, 1));
+    let mut odometry = Box::new(Odometry::new());
+    let (mut pixels, mut flight) = (Vec::new(), Vec::new());
+    for number in 0..frames {
+        let at = f64::from(number);
+        let way = (at - f64::from(frames) / 2.0) * TRACKED_STEP * f64::from(view_px);
+        let place = Point {
+            x_px: (f64::from(map.width()) / 2.0 + 0.8 * way) as f32,
+            y_px: (f64::from(map.height()) / 2.0 - 0.6 * way) as f32,
+        };
+        let scene = Scene {
+            heading_rad: 0.9 + 0.15 * (at / 12.0).sin(),
+            altitude_ratio: 1.0 + 0.04 * (at / 9.0).sin(),
+            noise: TRACKED_NOISE,
+            ..Scene::nominal(place)
+        };
+        camera.render(map, &scene, &mut random, &mut frame);
+        let displacement = odometry.advance(&frame.as_frame(), None);
+        pixels.extend_from_slice(&frame.pixels);
+        let tracks = odometry.tracks().iter();
+        let tracks: Vec<_> = tracks
+            .map(|track| json!({"age": track.age, "at": track.at_px, "before": track.before_px}))
+            .collect();
+        flight.push(json!({
+            "place": [place.x_px, place.y_px],
+            "heading_rad": scene.heading_rad,
+            "altitude_ratio": scene.altitude_ratio,
+            "related": displacement.is_some(),
+            "tracks": tracks,
+        }));
+    }
+    let shape = [frames, frame.height.into(), frame.width.into()].map(u64::from);
+    write_npy(out, &shape, pixels)?;
+    say(&json!({"flight": flight}), Duration::ZERO)
+}
+
 fn clusters(points: &[f64], dimensions: usize, seed: u64) -> Result<()> {
     let pairwise = Pairwise::new(Dissimilarity::Euclid, points, dimensions)?;
     let squares = Pairwise::new(Dissimilarity::Ssd, points, dimensions)?;

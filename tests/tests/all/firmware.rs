@@ -20,6 +20,7 @@ use eigenmark_core::{
     landmark::{Metric, Width, lattice::place},
     link::{Damage, Identity, MAX_REQUEST_LEN, Rejection, Reply, Request},
     localizer::{Fix, Localizer, digest},
+    track::{self, Odometry},
 };
 use eigenmark_tests::{
     board::{self, Board, Log},
@@ -44,9 +45,10 @@ const RENDERED_EVERY: usize = 5;
 /// Instruction counts and sizes may rise by this share before the record must be renewed.
 const MAX_RISE: f64 = 0.02;
 
-/// Budgets: RAM of the localizer without frames, stack, flash of the navigator without an atlas, and the report's atlas.
+/// Budgets: RAM of the localizer without frames and of the odometry, stack of each, flash of the navigator without an atlas, and the report's atlas.
 const MAX_LOCALIZER_BYTES: u64 = 4 * 1024;
 const MAX_STACK_BYTES: u64 = 8 * 1024;
+const MAX_ODOMETRY_BYTES: u64 = 68 * 1024;
 const MAX_FIRMWARE_BYTES: u64 = 96 * 1024;
 const MAX_ATLAS_BYTES: u64 = 16 * 1024;
 
@@ -351,6 +353,7 @@ fn the_selftest_passes_and_its_digest_is_the_hosts() {
         return;
     }
     let firmware = board::firmware("selftest").expect("builds");
+    let track = track::digest(&mut Box::new(Odometry::new()));
     for map in maps::all() {
         let (_, atlas) = trained(&map, Selection::All);
         let (code, logs) = run(&Board::flashed(&firmware).with_atlas(&atlas));
@@ -363,6 +366,7 @@ fn the_selftest_passes_and_its_digest_is_the_hosts() {
             map.name
         );
         assert_eq!(result["explore"], format!("{:08x}", explore::digest()));
+        assert_eq!(result["track"], format!("{track:08x}"));
         println!("{}: {result}", map.name);
     }
 }
@@ -438,6 +442,12 @@ fn sizes_do_not_rise_above_their_record() {
     for (name, bytes, budget) in [
         ("localizer", bytes("localizer_bytes"), MAX_LOCALIZER_BYTES),
         ("stack", bytes("stack_bytes"), MAX_STACK_BYTES),
+        ("odometry", bytes("odometry_bytes"), MAX_ODOMETRY_BYTES),
+        (
+            "odometry_stack",
+            bytes("odometry_stack_bytes"),
+            MAX_STACK_BYTES,
+        ),
         ("navigator_flash", flash, MAX_FIRMWARE_BYTES),
         ("atlas_83", atlas.bytes().len() as u64, MAX_ATLAS_BYTES),
     ] {
@@ -461,12 +471,11 @@ fn the_readme_states_the_records() {
         for line in read(&format!("firmware/{file}")).lines() {
             let value: serde_json::Value = serde_json::from_str(line).expect("JSON");
             let number = value[unit].as_u64().expect("a number");
-            let stated = if number < 1000 {
-                number.to_string()
-            } else if number < 1_000_000 {
-                format!("{},{:03}", number / 1000, number % 1000)
-            } else {
-                panic!("{line}: a number this large has two commas")
+            let (thousands, rest) = (number / 1000, number % 1000);
+            let stated = match thousands {
+                0 => rest.to_string(),
+                1..1000 => format!("{thousands},{rest:03}"),
+                _ => format!("{},{:03},{rest:03}", thousands / 1000, thousands % 1000),
             };
             assert!(readme.contains(&stated), "README.md does not state {line}");
         }

@@ -17,3 +17,4 @@ mod quantization;
 mod rankings;
 mod reliability;
 mod selections;
+mod tracking;

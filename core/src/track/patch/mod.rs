@@ -10,19 +10,28 @@
 //! matrix belongs to the template: it is inverted once, and an iteration is a pass over 144 samples. g′ itself is
 //! never stored: the sums of g, 1 and T times I − T, all exact integers, are combined afterwards.
 
+mod packed;
+#[cfg(test)]
 mod reference;
 
 use nalgebra::{Matrix2, Vector2};
 
 use super::level::Level;
 
-use reference::{compare, prepare};
+use packed::{compare, prepare};
 
 /// Samples of a window per direction.
 pub const SIDE: usize = 12;
 
 /// Samples of a window.
 pub const SAMPLES: usize = SIDE * SIDE;
+
+/// Samples of a window that are unpacked together, per row.
+const GROUPS: usize = SIDE / 4;
+
+/// Words of two samples in a row, and in a window.
+const ROW: usize = SIDE / 2;
+const WORDS: usize = SAMPLES / 2;
 
 /// Fraction bits of positions.
 const FRACTION: u32 = 5;
@@ -36,12 +45,13 @@ const MIN_SLOPE: f32 = 0.5;
 /// Largest position that is sampled, in pixels; what is beyond, or not a number, is nowhere.
 const MAX_POSITION_PX: f32 = 1024.0;
 
-/// Samples of a template and their central differences, row by row, and their sums.
+/// Samples of a template and their central differences, row by row, and their sums. A word holds two samples: of every
+/// four, 0 and 2, then 1 and 3.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
-    pub levels: [i16; SAMPLES],
-    pub across: [i16; SAMPLES],
-    pub down: [i16; SAMPLES],
+    pub levels: [u32; WORDS],
+    pub across: [u32; WORDS],
+    pub down: [u32; WORDS],
     pub sums: Sums,
 }
 
@@ -170,4 +180,40 @@ fn first_sample(at_px: [f32; 2]) -> Option<([i32; 2], [f32; 2])> {
         rounded.map(|at| at - (SIDE as i32 / 2 * (1 << FRACTION))),
         moved,
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    proptest! {
+        #[test]
+        fn packed_sums_match_reference(
+            side in 14_u16..40, pad in 0_usize..5, seed in any::<u32>(),
+            at in prop::array::uniform2(-40_i32..40 * 32), moved in prop::array::uniform2(-40_i32..40),
+            is_extreme in any::<bool>(),
+        ) {
+            let stride = usize::from(side) + pad;
+            let mut state = seed;
+            let pixels: Vec<u8> = (0..stride * usize::from(side))
+                .map(|_| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    let level = (state >> 24) as u8;
+                    if is_extreme { (level & 1) * 255 } else { level }
+                })
+                .collect();
+            let level = Level { pixels: &pixels, stride, side };
+            let samples = prepare(&level, at);
+            prop_assert_eq!(&samples, &reference::prepare(&level, at));
+            if let Some(samples) = samples {
+                let at = [at[0] + moved[0], at[1] + moved[1]];
+                prop_assert_eq!(
+                    compare(&samples, &level, at),
+                    reference::compare(&samples, &level, at)
+                );
+            }
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! The sums over windows, plainly.
 
-use super::{Errors, FRACTION, SAMPLES, SIDE, Samples, Sums};
+use super::{Errors, FRACTION, SAMPLES, SIDE, Samples, Sums, WORDS};
 use crate::track::level::Level;
 
 /// The samples of a template whose first sample is `first`, with their differences and sums.
@@ -8,21 +8,14 @@ pub fn prepare(level: &Level<'_>, first: [i32; 2]) -> Option<Samples> {
     const WIDE: usize = SIDE + 2;
     let one = 1 << FRACTION;
     let wide: [[i16; WIDE]; WIDE] = sample(level, first.map(|at| at - one))?;
-    let mut samples = Samples {
-        levels: [0; SAMPLES],
-        across: [0; SAMPLES],
-        down: [0; SAMPLES],
-        sums: Sums::default(),
-    };
-    let sums = &mut samples.sums;
+    let mut sums = Sums::default();
+    let (mut levels, mut across, mut down) = ([0; SAMPLES], [0; SAMPLES], [0; SAMPLES]);
     for index in 0..SAMPLES {
         let (x, y) = (index % SIDE + 1, index / SIDE + 1);
         let t = wide[y][x];
         let dx = wide[y][x + 1] - wide[y][x - 1];
         let dy = wide[y + 1][x] - wide[y - 1][x];
-        samples.levels[index] = t;
-        samples.across[index] = dx;
-        samples.down[index] = dy;
+        (levels[index], across[index], down[index]) = (t, dx, dy);
         let [t, dx, dy] = [t, dx, dy].map(i32::from);
         sums.t += t;
         sums.x += dx;
@@ -34,20 +27,21 @@ pub fn prepare(level: &Level<'_>, first: [i32; 2]) -> Option<Samples> {
         sums.xy += dx * dy;
         sums.yy += dy * dy;
     }
-    Some(samples)
+    Some(Samples {
+        levels: pack(&levels),
+        across: pack(&across),
+        down: pack(&down),
+        sums,
+    })
 }
 
 /// The sums of the errors of the window whose first sample is `first`.
 pub fn compare(samples: &Samples, level: &Level<'_>, first: [i32; 2]) -> Option<Errors> {
     let window: [[i16; SIDE]; SIDE] = sample(level, first)?;
     let mut errors = Errors::default();
-    let template = samples
-        .levels
-        .iter()
-        .zip(&samples.across)
-        .zip(&samples.down);
-    for (((&t, &dx), &dy), &level) in template.zip(window.as_flattened()) {
-        let [t, dx, dy, level] = [t, dx, dy, level].map(i32::from);
+    let [levels, across, down] = [&samples.levels, &samples.across, &samples.down].map(unpack);
+    for (index, &level) in window.as_flattened().iter().enumerate() {
+        let [t, dx, dy, level] = [levels[index], across[index], down[index], level].map(i32::from);
         let e = level - t;
         errors.e += e;
         errors.ee += e * e;
@@ -84,4 +78,21 @@ fn sample<const N: usize>(level: &Level<'_>, first: [i32; 2]) -> Option<[[i16; N
         }
     }
     Some(samples)
+}
+
+/// Samples 0 and 2, then 1 and 3 of every four in the halves of two words.
+fn pack(samples: &[i16; SAMPLES]) -> [u32; WORDS] {
+    core::array::from_fn(|word| {
+        let first = word / 2 * 4 + word % 2;
+        let [low, high] =
+            [samples[first], samples[first + 2]].map(|sample| u32::from(sample as u16));
+        low | high << 16
+    })
+}
+
+fn unpack(words: &[u32; WORDS]) -> [i16; SAMPLES] {
+    core::array::from_fn(|index| {
+        let word = words[index / 4 * 2 + index % 2];
+        (word >> (16 * (index % 4 / 2))) as i16
+    })
 }
