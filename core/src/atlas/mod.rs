@@ -18,14 +18,14 @@ pub use header::{Blur, Header, Layout, Limits, Training};
 
 use crate::{
     eigenspace::Eigenspace,
-    landmark::{LandmarkTable, Lattices},
+    landmark::{LandmarkTable, Survey},
 };
 
 /// The first bytes of every atlas.
 pub const MAGIC: [u8; 4] = *b"EIGM";
 
 /// The version of the format this code reads and writes.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 
 /// Bytes before the header: magic, version, header length, total length, CRC.
 pub const PREAMBLE_LEN: usize = 16;
@@ -60,10 +60,10 @@ impl<'a> Atlas<'a> {
         &self.landmarks
     }
 
-    /// The lattices its candidates were taken from.
+    /// Where, in which direction and from what altitude its candidates are seen.
     #[must_use]
-    pub fn lattices(&self) -> &Lattices {
-        &self.header.lattices
+    pub fn survey(&self) -> &Survey {
+        &self.header.survey
     }
 
     /// What counts as known.

@@ -1,11 +1,14 @@
 //! The options that say how an atlas is trained; shared by every command that trains.
 
+use std::ops::RangeInclusive;
+
 use anyhow::ensure;
 use clap::{Args, value_parser};
 use eigenmark::{
-    learn::{HIGHPASSES, SCALES, Settings, WHITENINGS},
+    learn::{ALTITUDES, HEADINGS, HIGHPASSES, SCALES, Settings, WHITENINGS},
     select::{Best, Method, Preselection, Selection, Start},
 };
+use eigenmark_core::landmark::MAX_ALTITUDES;
 
 use super::choices::{
     AttentionChoice, BlurChoice, DissimilarityChoice, MethodChoice, MetricChoice, NormalizeChoice,
@@ -33,6 +36,14 @@ pub struct SettingsArgs {
     /// Distance between views in map pixels [default: the report's layout, side by side and on the corners]
     #[arg(long, value_name = "PX", value_parser = value_parser!(u32).range(1..))]
     pub stride: Option<u32>,
+    /// See every view at N headings, so that a fix says the heading, too. Views whose turned square would leave the map
+    /// are left out
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u8).range(headings()))]
+    pub headings: u8,
+    /// See every view from these altitudes over the nominal one, ascending, four at most, ¼ to 4; the view of altitude 2
+    /// shows twice the footprint, and is left out where that would leave the map
+    #[arg(long, value_name = "RATIO,…", value_delimiter = ',', default_value = "1", value_parser = altitude)]
+    pub altitudes: Vec<f32>,
     /// Contrast normalization of every view
     #[arg(long, value_enum, default_value = "none")]
     pub normalize: NormalizeChoice,
@@ -108,20 +119,42 @@ enum StartChoice {
 
 impl SettingsArgs {
     /// The settings, with a selection.
-    pub fn settings(&self, selection: Selection) -> Settings {
-        Settings {
+    pub fn settings(&self, selection: Selection) -> anyhow::Result<Settings> {
+        let altitudes = &self.altitudes;
+        ensure!(
+            altitudes.len() <= MAX_ALTITUDES && altitudes.is_sorted_by(|a, b| a < b),
+            "--altitudes: expected at most {MAX_ALTITUDES} ratios, ascending, found {}",
+            altitudes
+                .iter()
+                .map(f32::to_string)
+                .collect::<Vec<_>>()
+                .join(",")
+        );
+        Ok(Settings {
             scale: self.scale,
             blur: self.blur.into(),
             dimensions: self.dims,
             selection,
             view_size_px: self.view_size,
             stride_px: self.stride,
+            headings: self.headings,
+            altitudes: altitudes.iter().copied().collect(),
             normalize: self.normalize.into(),
             highpass_px: self.highpass,
             whiten: self.whiten,
             metric: self.metric.into(),
             width: self.coefficients.into(),
-        }
+        })
+    }
+
+    /// Pixels per side of a view.
+    fn view_side(&self) -> u32 {
+        let nominal = Settings {
+            scale: self.scale,
+            view_size_px: self.view_size,
+            ..Settings::default()
+        };
+        nominal.view_side()
     }
 }
 
@@ -173,7 +206,7 @@ impl SelectionArgs {
                 // Of v² pixels, the norm is v times the root mean square.
                 stop_residual: self
                     .stop_residual
-                    .map(|rms| rms * f64::from(settings.settings(Selection::All).view_side())),
+                    .map(|rms| rms * f64::from(settings.view_side())),
             },
         };
         Ok(Selection::Best(Best {
@@ -202,6 +235,21 @@ pub fn scale(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(scale) if SCALES.contains(&scale) => Ok(scale),
         _ => Err("expected a number from 1 to 1000".to_owned()),
+    }
+}
+
+fn headings() -> RangeInclusive<i64> {
+    i64::from(*HEADINGS.start())..=i64::from(*HEADINGS.end())
+}
+
+fn altitude(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(ratio) if ALTITUDES.contains(&ratio) => Ok(ratio),
+        _ => Err(format!(
+            "expected numbers from {} to {}",
+            ALTITUDES.start(),
+            ALTITUDES.end()
+        )),
     }
 }
 
