@@ -1,12 +1,13 @@
 //! The options that say how an atlas is trained; shared by every command that trains.
 
-use std::ops::RangeInclusive;
-
 use anyhow::ensure;
 use clap::{Args, value_parser};
 use eigenmark::{
     learn::{ALTITUDES, HEADINGS, HIGHPASSES, SCALES, Settings, WHITENINGS},
+    map::Map,
+    output::Progress,
     select::{Best, Method, Preselection, Selection, Start},
+    train::measure_headings,
 };
 use eigenmark_core::landmark::MAX_ALTITUDES;
 
@@ -36,10 +37,10 @@ pub struct SettingsArgs {
     /// Distance between views in map pixels [default: the report's layout, side by side and on the corners]
     #[arg(long, value_name = "PX", value_parser = value_parser!(u32).range(1..))]
     pub stride: Option<u32>,
-    /// See every view at N headings, so that a fix says the heading, too. Views whose turned square would leave the map
-    /// are left out
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u8).range(headings()))]
-    pub headings: u8,
+    /// See every view at so many headings, so that a fix says the heading, too; auto, or nothing, is as many as the
+    /// orientation that landmarks tolerate asks for. Views whose turned square would leave the map are left out
+    #[arg(long, value_name = "N|auto", default_value = "1", num_args = 0..=1, default_missing_value = "auto", value_parser = headings)]
+    headings: HeadingsChoice,
     /// See every view from these altitudes over the nominal one, ascending, four at most, ¼ to 4; the view of altitude 2
     /// shows twice the footprint, and is left out where that would leave the map
     #[arg(long, value_name = "RATIO,…", value_delimiter = ',', default_value = "1", value_parser = altitude)]
@@ -109,6 +110,13 @@ pub struct BestArgs {
     meters_per_pixel: f64,
 }
 
+/// What `--headings` says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum HeadingsChoice {
+    Measured,
+    Given(u8),
+}
+
 /// What `--start` says.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum StartChoice {
@@ -118,7 +126,7 @@ enum StartChoice {
 }
 
 impl SettingsArgs {
-    /// The settings, with a selection.
+    /// The settings, with a selection; headings are still to be [`counted`](Self::counted).
     pub fn settings(&self, selection: Selection) -> anyhow::Result<Settings> {
         let altitudes = &self.altitudes;
         ensure!(
@@ -137,13 +145,33 @@ impl SettingsArgs {
             selection,
             view_size_px: self.view_size,
             stride_px: self.stride,
-            headings: self.headings,
+            headings: match self.headings {
+                HeadingsChoice::Measured => *HEADINGS.end(),
+                HeadingsChoice::Given(headings) => headings,
+            },
             altitudes: altitudes.iter().copied().collect(),
             normalize: self.normalize.into(),
             highpass_px: self.highpass,
             whiten: self.whiten,
             metric: self.metric.into(),
             width: self.coefficients.into(),
+        })
+    }
+
+    /// The same settings with as many headings as the map asks for, if the user leaves it to that.
+    pub fn counted(&self, map: &Map, settings: Settings) -> anyhow::Result<Settings> {
+        if self.headings != HeadingsChoice::Measured {
+            return Ok(settings);
+        }
+        let measured = measure_headings(map, &settings, &Progress::Stderr)?;
+        let [left, right] = measured.orientation_deg;
+        eprintln!(
+            "{} headings: landmarks tolerate turns from {left:.1}° to {right:.1}°",
+            measured.headings
+        );
+        Ok(Settings {
+            headings: measured.headings,
+            ..settings
         })
     }
 
@@ -238,8 +266,16 @@ pub fn scale(text: &str) -> Result<f64, String> {
     }
 }
 
-fn headings() -> RangeInclusive<i64> {
-    i64::from(*HEADINGS.start())..=i64::from(*HEADINGS.end())
+fn headings(text: &str) -> Result<HeadingsChoice, String> {
+    match text.parse() {
+        _ if text == "auto" => Ok(HeadingsChoice::Measured),
+        Ok(headings) if HEADINGS.contains(&headings) => Ok(HeadingsChoice::Given(headings)),
+        _ => Err(format!(
+            "expected auto, or a number from {} to {}",
+            HEADINGS.start(),
+            HEADINGS.end()
+        )),
+    }
 }
 
 fn altitude(text: &str) -> Result<f32, String> {

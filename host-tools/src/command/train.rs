@@ -65,6 +65,10 @@ impl Cmd {
             check_target(report)?;
         }
         let map = Map::open(&self.map)?;
+        let settings = self
+            .settings
+            .counted(&map, settings)
+            .with_context(|| self.map.clone())?;
         if let Some(shard) = self.shard {
             return self.fold(&map, &settings, shard);
         }
