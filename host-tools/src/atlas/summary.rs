@@ -116,13 +116,14 @@ impl Summary {
             .zip(1..)
             .filter_map(|(record, landmark)| {
                 let candidate = survey.find(record.view)?;
-                let place = candidate.place();
+                let (place, layer) = (candidate.place(), candidate.layer);
+                let headings = u32::from(survey.headings);
                 Some(LandmarkSummary {
                     landmark,
                     view: record.view,
                     place: [place.x_px, place.y_px],
-                    heading_deg: candidate.layer.heading_rad.to_degrees(),
-                    altitude_ratio: candidate.layer.altitude_ratio,
+                    heading_deg: 360.0 * (layer.index % headings) as f32 / headings as f32,
+                    altitude_ratio: layer.altitude_ratio,
                     radius: record.radius,
                 })
             });

@@ -117,12 +117,13 @@ impl Cmd {
         let atlas = buffer.atlas();
         // Catchments and localization matrices are of upright windows.
         let survey = atlas.survey();
+        let altitudes: Vec<String> = survey.altitudes.iter().map(f32::to_string).collect();
         ensure!(
-            survey.layers() == 1 && survey.altitudes[..] == [1.0],
-            "{}: expected an atlas of one heading and the nominal altitude, found {} headings and {} altitudes",
+            survey.headings == 1 && survey.altitudes[..] == [1.0],
+            "{}: expected an atlas of one heading at the nominal altitude, found one of {} headings, altitude {}",
             self.atlas.display(),
             survey.headings,
-            survey.altitudes.len()
+            altitudes.join(", ")
         );
         let map = Map::open(&self.map)?;
         let progress = Progress::Stderr;
