@@ -62,7 +62,7 @@ pub enum AtlasError {
         /// The length stated.
         found: u32,
     },
-    /// A number that must be finite (and positive, or not negative) is not.
+    /// A number that must be finite (and positive, or not negative, or in a range, or in order) is not.
     Number {
         /// Where.
         part: Part,
@@ -101,7 +101,7 @@ pub enum AtlasError {
         /// The value of its coefficients.
         expected: u32,
     },
-    /// A landmark names a candidate that the lattices do not have.
+    /// A landmark names a candidate that the survey does not have.
     View {
         /// Landmark, 0-based.
         landmark: u32,
@@ -140,6 +140,10 @@ pub enum Part {
     Lattices,
     /// Columns, rows, stride or origin of a lattice.
     Lattice,
+    /// Number of headings.
+    Headings,
+    /// Altitudes, or their number.
+    Altitudes,
     /// Size of the map, in pixels.
     Map,
     /// Side of a view's footprint.
@@ -225,7 +229,7 @@ impl fmt::Display for AtlasError {
             Self::Number { part, index } => {
                 write!(
                     f,
-                    "{part}: number {index} is not finite or has the wrong sign"
+                    "{part}: number {index} is not finite, has the wrong sign, or is out of range"
                 )
             }
             Self::Weights { row, sum } => {
@@ -292,6 +296,8 @@ impl fmt::Display for Part {
             Self::Landmarks => "number of landmarks",
             Self::Lattices => "number of lattices",
             Self::Lattice => "lattice",
+            Self::Headings => "number of headings",
+            Self::Altitudes => "altitudes",
             Self::Map => "size of the map",
             Self::Footprint => "footprint of a view",
             Self::Step => "coefficient step",

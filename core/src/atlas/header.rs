@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{ALIGNMENT, PREAMBLE_LEN};
 use crate::{
     eigenspace::{MeanRow, Normalize, Row, padded_pixels, weight_count},
-    landmark::{Lattices, Metric, Record, Width, row_len},
+    landmark::{Metric, Record, Survey, Width, row_len},
     route::Place,
 };
 
@@ -38,8 +38,8 @@ pub struct Header {
     pub footprint_px: f32,
     /// Width and height of the map, in pixels.
     pub map_px: (u32, u32),
-    /// Where candidates lie.
-    pub lattices: Lattices,
+    /// Where candidates lie, and how they are seen.
+    pub survey: Survey,
     /// What a distance says about where the vehicle is.
     pub likelihood: Likelihood,
     /// Number of places of the topological map; 0 for none.

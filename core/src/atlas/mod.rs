@@ -18,7 +18,7 @@ pub use header::{Blur, Header, Layout, Likelihood, Limits, Training};
 
 use crate::{
     eigenspace::Eigenspace,
-    landmark::{LandmarkTable, Lattices},
+    landmark::{LandmarkTable, Survey},
     route::TopologicalMap,
 };
 
@@ -68,10 +68,10 @@ impl<'a> Atlas<'a> {
         &self.topology
     }
 
-    /// The lattices its candidates were taken from.
+    /// Where, in which direction and from what altitude its candidates are seen.
     #[must_use]
-    pub fn lattices(&self) -> &Lattices {
-        &self.header.lattices
+    pub fn survey(&self) -> &Survey {
+        &self.header.survey
     }
 
     /// What counts as known.

@@ -12,8 +12,8 @@ use crate::{
         Eigenspace, MAX_DIMENSIONS, Normalize, ROWS_PER_BLOCK, padded_pixels, squared_norm,
         weight_count,
     },
-    landmark::{LandmarkTable, Record, lattice::candidate_count, row_len},
-    preprocess::{MAX_VIEW_SIDE, MIN_VIEW_SIDE},
+    landmark::{LandmarkTable, MAX_ALTITUDES, MAX_HEADINGS, Record, Survey, row_len},
+    preprocess::{MAX_ALTITUDE_RATIO, MAX_VIEW_SIDE, MIN_ALTITUDE_RATIO, MIN_VIEW_SIDE},
     route::{MAX_LEGS, MAX_PLACES, TopologicalMap},
 };
 
@@ -65,7 +65,7 @@ impl<'a> Atlas<'a> {
         check_eigenspace(&eigenspace)?;
 
         let coefficients = layout.coefficients.of(bytes);
-        let candidates = candidate_count(&header.lattices);
+        let candidates = header.survey.count();
         let records: &[Record] = cast(layout.records.of(bytes), Part::Records)?;
         let mut in_order = records
             .iter()
@@ -179,18 +179,6 @@ fn is_shortest(encoded: &[u8], header: &Header) -> bool {
 }
 
 fn check_header(header: &Header) -> Result<(), AtlasError> {
-    let range = |part, found: u32, min: u32, max: u32| {
-        if (min..=max).contains(&found) {
-            Ok(())
-        } else {
-            Err(AtlasError::Range {
-                part,
-                found,
-                min,
-                max,
-            })
-        }
-    };
     range(
         Part::ViewSide,
         header.view_side.into(),
@@ -207,21 +195,7 @@ fn check_header(header: &Header) -> Result<(), AtlasError> {
     range(Part::Landmarks, header.landmarks, 1, u32::MAX)?;
     range(Part::Map, header.map_px.0, 1, MAX_MAP_SIDE_PX)?;
     range(Part::Map, header.map_px.1, 1, MAX_MAP_SIDE_PX)?;
-    range(Part::Lattices, header.lattices.len() as u32, 1, 2)?;
-    for lattice in &header.lattices {
-        range(Part::Lattice, lattice.count(), 1, u32::MAX)?;
-        check_numbers(Part::Lattice, [lattice.stride_px], &Sign::Positive)?;
-        let numbers = [lattice.origin.x_px, lattice.origin.y_px];
-        check_numbers(Part::Lattice, numbers, &Sign::NotNegative)?;
-        // With the first and the last place, all are on the map.
-        let last = lattice.point(u32::from(lattice.columns) - 1, u32::from(lattice.rows) - 1);
-        let (width, height) = (header.map_px.0 as f32, header.map_px.1 as f32);
-        check_numbers(
-            Part::Lattice,
-            [width - last.x_px, height - last.y_px],
-            &Sign::NotNegative,
-        )?;
-    }
+    check_survey(&header.survey, header.map_px)?;
     range(Part::Places, header.places, 0, MAX_PLACES)?;
     range(Part::Legs, header.legs, 0, MAX_LEGS)?;
     check_numbers(Part::Footprint, [header.footprint_px], &Sign::Positive)?;
@@ -252,6 +226,50 @@ fn check_header(header: &Header) -> Result<(), AtlasError> {
         training.covered_variance,
     ];
     check_numbers(Part::Training, settings, &Sign::NotNegative)
+}
+
+fn check_survey(survey: &Survey, (width_px, height_px): (u32, u32)) -> Result<(), AtlasError> {
+    range(Part::Lattices, survey.lattices.len() as u32, 1, 2)?;
+    for lattice in &survey.lattices {
+        range(Part::Lattice, lattice.count(), 1, u32::MAX)?;
+        check_numbers(Part::Lattice, [lattice.stride_px], &Sign::Positive)?;
+        let numbers = [lattice.origin.x_px, lattice.origin.y_px];
+        check_numbers(Part::Lattice, numbers, &Sign::NotNegative)?;
+        // With the first and the last place, all are on the map.
+        let last = lattice.point(u32::from(lattice.columns) - 1, u32::from(lattice.rows) - 1);
+        let room = [width_px as f32 - last.x_px, height_px as f32 - last.y_px];
+        check_numbers(Part::Lattice, room, &Sign::NotNegative)?;
+    }
+    range(
+        Part::Headings,
+        survey.headings.into(),
+        1,
+        MAX_HEADINGS.into(),
+    )?;
+    let altitudes = survey.altitudes.len() as u32;
+    range(Part::Altitudes, altitudes, 1, MAX_ALTITUDES as u32)?;
+    let mut lowest = MIN_ALTITUDE_RATIO;
+    for (&ratio, index) in survey.altitudes.iter().zip(0..) {
+        if !(lowest..=MAX_ALTITUDE_RATIO).contains(&ratio) {
+            let part = Part::Altitudes;
+            return Err(AtlasError::Number { part, index });
+        }
+        lowest = ratio.next_up();
+    }
+    Ok(())
+}
+
+fn range(part: Part, found: u32, min: u32, max: u32) -> Result<(), AtlasError> {
+    if (min..=max).contains(&found) {
+        Ok(())
+    } else {
+        Err(AtlasError::Range {
+            part,
+            found,
+            min,
+            max,
+        })
+    }
 }
 
 /// Bytes between blobs are zero, so that the same contents always have the same bytes.

@@ -8,8 +8,9 @@ use super::*;
 use crate::{
     eigenspace::{MeanRow, Normalize, Row, weight_count, weight_index},
     frame::Frame,
-    landmark::{Lattice, Lattices, Metric, Point, Record, Width},
+    landmark::{Lattice, Lattices, Metric, Point, Record, Survey, Width},
     localizer::Localizer,
+    preprocess::Pose,
     route::{MAX_LEGS, MAX_PLACES, MapError, Place},
 };
 
@@ -100,7 +101,7 @@ impl Sample {
                 },
                 footprint_px: 200.0,
                 map_px: (400, 200),
-                lattices,
+                survey: Survey::nominal(lattices),
                 likelihood: Likelihood {
                     sharpness: 8.0,
                     ceiling: 0.5,
@@ -288,18 +289,14 @@ fn headers_that_do_not_decode_are_reported() {
 
 #[test]
 fn headers_that_could_be_shorter_are_reported() {
-    // The number of landmarks as two bytes.
+    // The number of landmarks as two bytes: the header is one byte longer, and the gap behind it is another.
     let bytes = Sample::new().emit();
     let mut bytes = bytes.bytes().to_vec();
     let len = u16::from_le_bytes([bytes[6], bytes[7]]);
     assert_eq!(bytes[18], 2);
     let end = PREAMBLE_LEN + usize::from(len);
-    let (gap, needed) = (
-        end.next_multiple_of(8) - end,
-        (end + 1).next_multiple_of(8) - end - 1,
-    );
-    bytes.splice(end..end + gap, vec![0; needed]);
-    bytes.splice(18..19, [0x82, 0]);
+    let gap = |end: usize| end.next_multiple_of(8) - end;
+    bytes.splice(end + 1..end + 1 + gap(end), vec![0; gap(end + 1)]);
     let total_len = bytes.len() as u32;
     bytes[6..8].copy_from_slice(&(len + 1).to_le_bytes());
     bytes[8..12].copy_from_slice(&total_len.to_le_bytes());
@@ -321,7 +318,7 @@ fn sizes_out_of_range_are_reported() {
         range(Part::Map, 0, 1, 1 << 20)
     );
     assert_eq!(
-        Sample::error_after(|s| s.header.lattices.clear()),
+        Sample::error_after(|s| s.header.survey.lattices.clear()),
         range(Part::Lattices, 0, 1, 2)
     );
     assert_eq!(
@@ -338,8 +335,14 @@ fn sizes_out_of_range_are_reported() {
         }),
         range(Part::Legs, MAX_LEGS + 1, 0, MAX_LEGS)
     );
-    let no_columns = Sample::error_after(|s| s.header.lattices[0].columns = 0);
+    let no_columns = Sample::error_after(|s| s.header.survey.lattices[0].columns = 0);
     assert_eq!(no_columns, range(Part::Lattice, 0, 1, u32::MAX));
+    for headings in [0, 73] {
+        let error = Sample::error_after(|s| s.header.survey.headings = headings);
+        assert_eq!(error, range(Part::Headings, headings.into(), 1, 72));
+    }
+    let no_altitude = Sample::error_after(|s| s.header.survey.altitudes.clear());
+    assert_eq!(no_altitude, range(Part::Altitudes, 0, 1, 4));
     let no_dimensions = Sample::error_after(|s| {
         s.header.dimensions = 0;
         s.weights.clear();
@@ -405,9 +408,19 @@ fn numbers_that_make_no_sense_are_reported() {
         number(Part::Training, 0)
     );
     assert_eq!(
-        Sample::error_after(|s| s.header.lattices[0].stride_px = -1.0),
+        Sample::error_after(|s| s.header.survey.lattices[0].stride_px = -1.0),
         number(Part::Lattice, 0)
     );
+    for (altitudes, index) in [
+        ([0.24, 1.0], 0),
+        ([1.0, 4.5], 1),
+        ([1.0, 1.0], 1),
+        ([f32::NAN, 1.0], 0),
+    ] {
+        let altitudes = altitudes.into_iter().collect();
+        let error = Sample::error_after(|s| s.header.survey.altitudes = altitudes);
+        assert_eq!(error, number(Part::Altitudes, index));
+    }
     assert_eq!(
         Sample::error_after(|s| s.rows[0].spread = 0.0),
         number(Part::Rows, 1)
@@ -532,6 +545,44 @@ fn landmarks_that_contradict_the_rest_are_reported() {
 }
 
 #[test]
+fn candidates_are_those_of_every_layer() {
+    let mut sample = Sample::new();
+    sample.header.survey.headings = 4;
+    sample.header.survey.altitudes = [0.9, 1.1].into_iter().collect();
+    sample.records[0].view = 2 * 8;
+    let bytes = sample.emit();
+    let atlas = Atlas::parse(bytes.bytes()).expect("valid");
+    assert!(!atlas.landmarks().is_whole());
+    let pixels = [128; 32 * 32];
+    let frame = Frame::new(&pixels, 32, 32, 32).expect("valid");
+    let among = core::iter::once(0..1);
+    let pose = Pose::new(1.0, 2.0).expect("in range");
+    let mut localizer = Localizer::new(atlas);
+    let fix = localizer
+        .locate_among(&frame, &pose, among)
+        .expect("one landmark");
+    assert_eq!((fix.view, fix.place.x_px), (16, 300.0));
+    assert_eq!(fix.heading_rad, 270_f32.to_radians());
+    assert_eq!(fix.altitude_from(&pose), 2.2);
+    let expected = 1.0 + 270_f32.to_radians();
+    assert!((fix.heading_from(&pose) - expected).abs() < 1e-6);
+
+    let error = Sample::error_after(|s| {
+        s.header.survey.headings = 4;
+        s.records[0].view = 9;
+    });
+    let (landmark, found, candidates) = (0, 9, 8);
+    assert_eq!(
+        error,
+        AtlasError::View {
+            landmark,
+            found,
+            candidates
+        }
+    );
+}
+
+#[test]
 fn a_buffer_that_is_too_small_is_reported() {
     let sample = Sample::new();
     let needed = emitted_len(&sample.header).expect("header fits");
@@ -614,7 +665,7 @@ proptest! {
             pixels[900..].fill(gray[3]);
             let frame = Frame::new(&pixels, 32, 32, 32).expect("valid");
             if let Some(fix) = Localizer::new(atlas).locate(&frame) {
-                let numbers = [fix.distance, fix.second, fix.margin, fix.from_feature_space];
+                let numbers = [fix.distance, fix.second, fix.margin, fix.from_feature_space, fix.heading_rad];
                 prop_assert!(numbers.iter().all(|number| number.is_finite()), "{fix:?}");
             }
         }

@@ -31,9 +31,10 @@ impl Cells {
     /// The grid for an atlas with as many cells as `capacity` states have room for. Where its landmarks are one whole
     /// lattice, a cell is centered on every landmark, or on every second, third, … one.
     pub(super) fn of(atlas: &Atlas<'_>, capacity: usize) -> Self {
-        let headings = 1;
+        let survey = &atlas.header().survey;
+        let headings = survey.headings.max(1);
         let room = (capacity / usize::from(headings)).max(1) as u32;
-        match (atlas.lattices().as_slice(), atlas.landmarks().is_whole()) {
+        match (survey.lattices.as_slice(), atlas.landmarks().is_whole()) {
             ([lattice], true) => Self::on(lattice, headings, room),
             (lattices, _) => Self::over(lattices, headings, room),
         }

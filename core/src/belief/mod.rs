@@ -39,7 +39,7 @@ pub use observe::Observation;
 pub use predict::Motion;
 
 /// The largest number of headings.
-pub const MAX_HEADINGS: usize = 72;
+const MAX_HEADINGS: usize = crate::landmark::MAX_HEADINGS as usize;
 
 const ORIGIN: Point = Point {
     x_px: 0.0,

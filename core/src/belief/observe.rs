@@ -2,7 +2,7 @@
 
 use super::Belief;
 use crate::{
-    atlas::Atlas, eigenspace::Coefficients, landmark::lattice::place, math::exp_of_negative,
+    atlas::Atlas, eigenspace::Coefficients, math::{exp_of_negative, turn},
 };
 
 /// What a frame is worth as evidence.
@@ -30,20 +30,25 @@ impl<const STATES: usize> Belief<STATES> {
         least.fill(likelihood.ceiling);
         let mut nearest = likelihood.ceiling;
         let landmarks = atlas.landmarks();
-        let (lattices, records) = (atlas.lattices(), landmarks.records());
-        // Half a cell of the vehicle's offset may lie between a landmark and the state it speaks for.
-        let offset = self.offsets[0];
+        let (survey, records) = (&atlas.header().survey, landmarks.records());
+        let offsets = &self.offsets;
         landmarks.dissimilarities(coefficients, |landmark, squared| {
             if squared >= likelihood.ceiling {
                 return;
             }
             let record = records.get(landmark as usize);
-            let Some(mut at) = record.and_then(|record| place(lattices, record.view)) else {
+            let Some(candidate) = record.and_then(|record| survey.find(record.view)) else {
                 return;
             };
+            let heading = candidate.layer.index as usize % usize::from(cells.headings().max(1));
+            let Some(offset) = offsets.get(heading) else {
+                return;
+            };
+            // It speaks for the state in which the vehicle, off its cell's center, would be there.
+            let mut at = candidate.place();
             at.x_px -= offset.x_px;
             at.y_px -= offset.y_px;
-            let state = cells.find(at).filter(|&cell| cell < layer);
+            let state = cells.find(at).map(|cell| heading * layer + cell);
             if let Some(least) = state.and_then(|state| least.get_mut(state)) {
                 *least = least.min(squared);
                 nearest = nearest.min(squared);
@@ -55,6 +60,30 @@ impl<const STATES: usize> Belief<STATES> {
         let states = self.weights.iter_mut().zip(&self.least).take(states);
         for (weight, &squared) in states {
             *weight *= exp_of_negative(sharpness * (nearest - squared));
+        }
+        self.normalize(0.0);
+    }
+}
+
+/// How likely a heading is that the compass rules out.
+const RULED_OUT: f32 = 1e-4;
+
+impl<const STATES: usize> Belief<STATES> {
+    /// What a compass says of the heading, in radians, which is wrong by at most a tolerance: headings beyond it hardly
+    /// count any more. It says nothing where there is one heading.
+    pub fn gate(&mut self, heading_rad: f32, tolerance_rad: f32) {
+        let headings = self.cells.headings();
+        if headings <= 1 || !heading_rad.is_finite() || !(tolerance_rad >= 0.0) {
+            return;
+        }
+        let step = core::f32::consts::TAU / f32::from(headings);
+        let reach = tolerance_rad + step / 2.0;
+        let (layer, first) = (self.cells.layer().max(1), self.heading_rad);
+        for (weights, index) in self.active().chunks_exact_mut(layer).zip(0_u8..) {
+            let off = turn(first + step * f32::from(index), heading_rad);
+            if !(off.abs() <= reach) {
+                weights.iter_mut().for_each(|weight| *weight *= RULED_OUT);
+            }
         }
         self.normalize(0.0);
     }

@@ -1,20 +1,23 @@
 //! Landmarks: stored coefficients, where they were seen, and how far each can be trusted.
 //!
 //! A [`LandmarkTable`] borrows its parts from an atlas and is valid by construction. Candidates are numbered from 1,
-//! as in the report; [`lattice`] says where on the map each number lies.
+//! as in the report; a [`Survey`] says where on the map each number lies, and how it is seen.
 
 mod dissimilarity;
-pub mod lattice;
+mod lattice;
 mod nearest;
 mod prior;
 mod refine;
+mod survey;
 
 use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 
 pub use lattice::{Lattice, Lattices, Point};
 pub use nearest::{Match, Nearest};
-pub use refine::MAX_STRIDE;
+pub use prior::{Circle, Prior, Sector};
+pub use refine::{MAX_STRIDE, Refined};
+pub use survey::{Altitudes, Candidate, Layer, MAX_ALTITUDES, MAX_HEADINGS, Survey};
 
 use crate::kernel::Pair;
 pub use crate::kernel::Width;
@@ -125,7 +128,7 @@ impl<'a> LandmarkTable<'a> {
         self.step
     }
 
-    /// Whether it is a table of whole lattices: all candidates, in their order.
+    /// Whether it is the table of a whole survey: all candidates, in their order.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.is_whole

@@ -183,6 +183,8 @@ mod tests {
             view: u32::MAX,
             place,
             position: place,
+            heading_rad: 1.0,
+            altitude_ratio: 1.0,
             distance: 1.0,
             second: 1.0,
             margin: 1.0,

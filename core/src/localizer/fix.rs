@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use crate::{
     atlas::Atlas,
     eigenspace::Coefficients,
-    landmark::{MAX_STRIDE, Metric, Point, lattice::place},
-    math::sqrt,
-    preprocess::View,
+    landmark::{MAX_STRIDE, Metric, Point},
+    math::{sqrt, whole_turn},
+    preprocess::{Pose, View},
 };
 
 /// Where a frame was taken, with three independent judgements of that answer. All numbers are finite.
@@ -24,6 +24,12 @@ pub struct Fix {
     pub place: Point,
     /// Where the vehicle is: between that landmark and its neighbours where the table is a dense grid, else the same.
     pub position: Point,
+    /// The heading in radians, clockwise from map-up to frame-up, 0 to below 2π: that landmark's, or between its
+    /// neighbours' where the table holds all headings. Relative to the pose that the frame was levelled by, see
+    /// [`heading_from`](Self::heading_from).
+    pub heading_rad: f32,
+    /// Actual over nominal altitude: that landmark's. Relative to the pose, see [`altitude_from`](Self::altitude_from).
+    pub altitude_ratio: f32,
     /// Distance to the landmark, in the metric's unit.
     pub distance: f32,
     /// Distance to the second nearest landmark, not less than `distance`; `f32::MAX` when only one was looked at.
@@ -53,14 +59,12 @@ impl Fix {
         let landmarks = atlas.landmarks();
         let nearest = landmarks.nearest(coefficients, among)?;
         let record = landmarks.records().get(nearest.first.landmark as usize)?;
-        let place = place(atlas.lattices(), record.view)?;
+        let survey = atlas.survey();
+        let candidate = survey.find(record.view)?;
+        let (place, layer) = (candidate.place(), candidate.layer);
         let pixel_px = atlas.header().footprint_px / f32::from(atlas.eigenspace().side());
-        let position = landmarks.refine(
-            atlas.lattices(),
-            MAX_STRIDE * pixel_px,
-            coefficients,
-            nearest.first.landmark,
-        );
+        let widest_px = MAX_STRIDE * pixel_px;
+        let refined = landmarks.refine(survey, widest_px, coefficients, &candidate);
 
         let distance = nearest.first.distance;
         // Of all but equal distances, the larger may be rounded to the smaller number.
@@ -86,7 +90,9 @@ impl Fix {
             landmark: nearest.first.landmark,
             view: record.view,
             place,
-            position: position.unwrap_or(place),
+            position: refined.position.unwrap_or(place),
+            heading_rad: refined.heading_rad.unwrap_or(layer.heading_rad),
+            altitude_ratio: layer.altitude_ratio,
             distance,
             second,
             margin,
@@ -94,5 +100,18 @@ impl Fix {
             guaranteed: !projection.clamped && distance + turn < record.radius,
             known: !projection.clamped && is_near && is_expressed,
         })
+    }
+
+    /// The vehicle's heading, when its frame was levelled by `pose`: in radians, clockwise from map-up to frame-up, 0 to
+    /// below 2π.
+    #[must_use]
+    pub fn heading_from(&self, pose: &Pose) -> f32 {
+        whole_turn(pose.heading_rad() + self.heading_rad)
+    }
+
+    /// The vehicle's actual over nominal altitude, when its frame was levelled by `pose`.
+    #[must_use]
+    pub fn altitude_from(&self, pose: &Pose) -> f32 {
+        pose.altitude_ratio() * self.altitude_ratio
     }
 }

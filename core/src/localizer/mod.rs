@@ -74,7 +74,7 @@ impl<'a> Localizer<'a> {
         Fix::new(&self.atlas, view, &mut self.coefficients, everywhere)
     }
 
-    /// Where a frame of known pose was taken. The nominal pose gives the bits of [`locate`](Self::locate), at its
+    /// Where a frame of known pose was taken. Heading and altitude of the fix are relative to the pose. The nominal pose gives the bits of [`locate`](Self::locate), at its
     /// cost; any other takes the general view path ([`level`](level())).
     ///
     /// `None` as in `locate`, and when less than half of the view was seen. What a frame does not show is guessed, so
@@ -84,8 +84,8 @@ impl<'a> Localizer<'a> {
         self.locate_among(frame, pose, self.atlas.landmarks().everywhere())
     }
 
-    /// The same among some ranges of the landmarks only, such as those [`near`](crate::landmark::LandmarkTable::near) a
-    /// place; `None` also when there is none. `second` and `margin` are among them, too; a `guaranteed` landmark is the
+    /// The same among some ranges of the landmarks only, such as those that are
+    /// [`plausible`](crate::landmark::LandmarkTable::plausible); `None` also when there is none. `second` and `margin` are among them, too; a `guaranteed` landmark is the
     /// nearest of all.
     #[must_use]
     pub fn locate_among(

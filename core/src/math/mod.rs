@@ -3,6 +3,8 @@
 //! `core` has no `f32::sqrt` or `f32::round`, and a platform's own may differ in the last bit. The root comes from
 //! `libm` (correctly rounded); rounding is written out here because it also has to saturate.
 
+use core::f32::consts::TAU;
+
 /// Square root, correctly rounded. Negative input gives NaN, as in IEEE 754.
 #[must_use]
 pub fn sqrt(x: f32) -> f32 {
@@ -13,6 +15,36 @@ pub fn sqrt(x: f32) -> f32 {
 #[must_use]
 pub fn angle(across: f32, along: f32) -> f32 {
     libm::atan2f(across, along)
+}
+
+/// The angle from `from` to `to` the shorter way round, in radians: −π to π, but for rounding. What is more than
+/// 2³¹ turns, or no number, gives no angle in that range.
+///
+/// ```
+/// use eigenmark_core::math::turn;
+/// assert!((turn(0.5, 6.5) - (6.0 - core::f32::consts::TAU)).abs() < 1e-6);
+/// ```
+#[must_use]
+pub fn turn(from: f32, to: f32) -> f32 {
+    let angle = to - from;
+    let turns = angle / TAU;
+    // `as` truncates towards zero and saturates.
+    angle - TAU * (turns + 0.5_f32.copysign(turns)) as i32 as f32
+}
+
+/// The same direction as `angle`, in radians: 0 to below 2π; what [`turn`] has no angle for
+/// has none here.
+///
+/// ```
+/// use eigenmark_core::math::whole_turn;
+/// assert_eq!(whole_turn(-0.25), core::f32::consts::TAU - 0.25);
+/// assert_eq!(whole_turn(-1e-9), 0.0);
+/// ```
+#[must_use]
+pub fn whole_turn(angle: f32) -> f32 {
+    let angle = turn(0.0, angle);
+    let positive = if angle < 0.0 { angle + TAU } else { angle };
+    if positive == TAU { 0.0 } else { positive }
 }
 
 /// The heading of a way on the map: `right` and `down` in map axes, radians clockwise from map-up, in −π..=π; 0 for no
@@ -31,12 +63,11 @@ pub fn heading_of(right: f32, down: f32) -> f32 {
     libm::atan2f(right, -down)
 }
 
-/// An angle in −π..=π that is a whole number of turns away; 0 for what is not finite.
+/// The same direction as `angle_rad`, in radians: −π to π; 0 for what [`turn`] has no angle for.
 #[must_use]
 pub fn wrapped(angle_rad: f32) -> f32 {
-    let turns = angle_rad / core::f32::consts::TAU;
-    let rest = angle_rad - libm::roundf(turns) * core::f32::consts::TAU;
-    if rest.is_finite() { rest } else { 0.0 }
+    let angle = turn(0.0, angle_rad);
+    if angle.abs() < 4.0 { angle } else { 0.0 }
 }
 
 /// eˣ for x ≤ 0, and 1 above; 0 below −87. Off by at most 2·10⁻⁴ of it.
@@ -115,6 +146,32 @@ mod tests {
         assert_eq!(round_clamped(9.5, 9), (9, true));
         assert_eq!(round_clamped(f32::NEG_INFINITY, 9), (-9, true));
         assert_eq!(round_clamped(f32::NAN, 9), (0, false));
+    }
+
+    #[test]
+    fn turns_are_the_shorter_way_round() {
+        for degrees in -720..=720_i16 {
+            for from in [-300.0_f32, 0.0, 45.0, 359.0] {
+                let to = from + f32::from(degrees);
+                let found = turn(from.to_radians(), to.to_radians()).to_degrees();
+                let expected = f32::from((degrees + 900).rem_euclid(360) - 180);
+                // Half a turn goes either way.
+                let error = (found - expected).abs();
+                assert!(
+                    error < 1e-3 || (error - 360.0).abs() < 1e-3,
+                    "{from} {degrees} {found}"
+                );
+                let whole = whole_turn(f32::from(degrees).to_radians());
+                assert!((0.0..TAU).contains(&whole));
+                let expected = f32::from(degrees.rem_euclid(360)).to_radians();
+                assert!(turn(whole, expected).abs() < 1e-4);
+            }
+        }
+        for none in [f32::NAN, f32::INFINITY, -1e20] {
+            assert!(
+                !(-4.0..=4.0).contains(&turn(0.0, none)) && !(0.0..TAU).contains(&whole_turn(none))
+            );
+        }
     }
 
     #[test]

@@ -6,7 +6,8 @@
 //!
 //! **Memory.** What is large lies in a [`Memory`], which is const-constructible, for a `static` on a board.
 //!
-//! **Without an instrument.** Without a compass the heading is that of path integration, without an altimeter the
+//! **Without an instrument.** Without a compass the heading is what landmarks at several headings say, or else that of path
+//! integration; without an altimeter the
 //! altitude is; without roll and pitch the camera is taken to look straight down. Without a frame, or when a frame cannot be
 //! related to the one before, the vehicle is taken to move on as it did.
 
@@ -54,6 +55,9 @@ const CARRIED_AWAY_IF_UNRELATED: f32 = 0.3;
 /// Way after which frames are independent of each other, as a share of a view's side, and the least worth of one.
 const INDEPENDENT: f32 = 0.25;
 const LEAST_WORTH: f32 = 0.3;
+
+/// How wrong a compass is believed to be at most, where landmarks were stored at several headings: 15°.
+const COMPASS_TOLERANCE_RAD: f32 = 15.0_f32.to_radians();
 
 /// Variance of an altimeter, relative: 5 %.
 const ALTIMETER_VARIANCE: f32 = 0.05 * 0.05;
@@ -210,6 +214,9 @@ where
         if let Some(motion) = self.motion(frame.is_some(), displacement.as_ref(), footprint_px) {
             self.memory.belief.predict(&motion, heading_rad);
         }
+        if let Some(compass) = readings.heading_rad {
+            self.memory.belief.gate(compass, COMPASS_TOLERANCE_RAD);
+        }
         if let Some(frame) = frame {
             fix = self.locate(frame, readings, heading_rad);
             if fix.is_some() {
@@ -227,6 +234,7 @@ where
         let estimate = self
             .has_seen
             .then(|| self.memory.belief.estimate(footprint_px));
+        let heading_rad = estimate.map_or(heading_rad, |estimate| estimate.heading_rad);
         self.decide(estimate, heading_rad, step_s);
         Guidance {
             command: self.mission.command(),
@@ -276,7 +284,9 @@ where
             .altitude_ratio
             .unwrap_or_else(|| self.memory.odometry.placement().altitude_ratio)
             .clamp(MIN_ALTITUDE_RATIO, MAX_ALTITUDE_RATIO);
-        let pose = Pose::new(heading_rad, ratio).ok()?;
+        // Landmarks at several headings say the heading themselves.
+        let is_turned = self.atlas().header().survey.headings > 1;
+        let pose = Pose::new(if is_turned { 0.0 } else { heading_rad }, ratio).ok()?;
         let tilted = readings.tilt.and_then(|tilt| {
             pose.tilted(tilt.roll_rad(), tilt.pitch_rad(), tilt.field_of_view_rad())
                 .ok()

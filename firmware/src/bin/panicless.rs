@@ -26,7 +26,7 @@ use core::{hint::black_box, panic::PanicInfo};
 use eigenmark_core::{
     atlas::{Atlas, checksum},
     frame::Frame,
-    landmark::Point,
+    landmark::{Circle, Point, Prior, Sector},
     link::{MAX_REPLY_LEN, Receiver, Reply, Responder},
     localizer::Localizer,
     preprocess::{Pose, PoseError, View},
@@ -69,10 +69,21 @@ fn fly(localizer: &mut Localizer<'_>, responder: &mut Responder) {
                 x_px: black_box(0.0),
                 y_px: black_box(0.0),
             };
-            let near = atlas
-                .landmarks()
-                .near(atlas.lattices(), place, black_box(0.0));
-            black_box(localizer.locate_among(&frame, &pose, near));
+            let prior = black_box(Prior {
+                circle: Some(Circle {
+                    center: place,
+                    radius_px: black_box(0.0),
+                }),
+                heading: Some(Sector {
+                    heading_rad: black_box(0.0),
+                    tolerance_rad: black_box(0.0),
+                }),
+                altitude: Some([black_box(0.0); 2]),
+            });
+            let plausible = atlas.landmarks().plausible(atlas.survey(), &prior);
+            if let Some(fix) = localizer.locate_among(&frame, &pose, plausible) {
+                black_box((fix.heading_from(&pose), fix.altitude_from(&pose)));
+            }
         }
     }
     if let Some(view) = View::from_pixels(opaque()) {

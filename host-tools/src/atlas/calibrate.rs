@@ -9,12 +9,17 @@
 //! - **Guaranteed.** A view may deviate so much that it comes to lie within the radius of a landmark it does not show:
 //!   then that landmark *is* the nearest, as (2.39) says, and still wrong. Moderately deviated views
 //!   ([`Deviation::MODERATE`]) find such cases, and the radius is narrowed to [`NARROWING`] of the distance of the
-//!   nearest of them. Landmarks that overlap the truth by half a footprint do not count as wrong.
+//!   nearest of them. Landmarks that overlap the truth by half a footprint, and are turned as it is or as its neighbours
+//!   are, do not count as wrong.
+//!
+//! Both deviate at least as far as half way to the next heading and altitude of the atlas.
+
+use std::f32::consts::FRAC_PI_4;
 
 use eigenmark_core::{
     atlas::{Atlas, AtlasError, Limits},
-    landmark::lattice::place,
     localizer::Fix,
+    math::turn,
 };
 
 use super::{AtlasBuffer, likelihood::likelihood};
@@ -65,7 +70,7 @@ pub fn calibrate(
     progress: &Progress,
 ) -> Result<AtlasBuffer, CalibrationError> {
     let atlas = open.atlas();
-    let slight: Vec<Fix> = located(map, &atlas, &Deviation::SLIGHT, progress)
+    let slight: Vec<Fix> = located(map, &atlas, Deviation::SLIGHT, progress)
         .into_iter()
         .map(|(_, fix)| fix)
         .collect();
@@ -87,7 +92,7 @@ pub fn calibrate(
 
     let mut records = atlas.landmarks().records().to_vec();
     let mut nearest_wrong = vec![f32::MAX; records.len()];
-    for (truth, fix) in located(map, &atlas, &Deviation::MODERATE, progress) {
+    for (truth, fix) in located(map, &atlas, Deviation::MODERATE, progress) {
         if is_elsewhere(&atlas, truth, &fix) {
             let nearest = &mut nearest_wrong[fix.landmark as usize];
             *nearest = nearest.min(fix.distance);
@@ -106,9 +111,10 @@ pub fn calibrate(
 fn located(
     map: &Map,
     atlas: &Atlas<'_>,
-    deviation: &Deviation,
+    deviation: Deviation,
     progress: &Progress,
 ) -> Vec<(usize, Fix)> {
+    let deviation = deviation.covering(atlas.survey());
     let count = atlas.landmarks().len();
     let taking_part = count.min(MAX_CALIBRATED);
     let per_landmark = TOTAL_VIEWS.div_ceil(taking_part).max(MIN_PER_LANDMARK);
@@ -119,7 +125,7 @@ fn located(
         map,
         atlas,
         &landmarks,
-        deviation,
+        &deviation,
         per_landmark,
         SEED,
         progress,
@@ -134,16 +140,20 @@ fn located(
         .collect()
 }
 
-/// Whether the fix is on a landmark at least half a footprint away from landmark `truth` (0-based).
+/// Whether the fix is on a landmark at least half a footprint away from landmark `truth` (0-based), or turned by more than
+/// an eighth of a turn and more than its neighbours are.
 fn is_elsewhere(atlas: &Atlas<'_>, truth: usize, fix: &Fix) -> bool {
-    let record = atlas.landmarks().records()[truth];
-    place(atlas.lattices(), record.view).is_none_or(|true_place| {
-        let (dx, dy) = (
-            true_place.x_px - fix.place.x_px,
-            true_place.y_px - fix.place.y_px,
-        );
-        dx.hypot(dy) >= atlas.header().footprint_px / 2.0
-    })
+    let (survey, records) = (atlas.survey(), atlas.landmarks().records());
+    let [truth, found] =
+        [truth, fix.landmark as usize].map(|landmark| survey.find(records[landmark].view));
+    let (Some(truth), Some(found)) = (truth, found) else {
+        return true;
+    };
+    let (from, to) = (truth.place(), found.place());
+    let away_px = (from.x_px - to.x_px).hypot(from.y_px - to.y_px);
+    let turned_rad = turn(truth.layer.heading_rad, found.layer.heading_rad).abs();
+    let neighbors_rad = survey.heading_step_rad().max(FRAC_PI_4);
+    away_px >= atlas.header().footprint_px / 2.0 || turned_rad > 1.01 * neighbors_rad
 }
 
 /// The smallest number that at least `share` of the numbers do not exceed.

@@ -8,13 +8,13 @@
 use eigenmark_core::{
     atlas::{Atlas, Likelihood},
     eigenspace::Coefficients,
-    landmark::lattice::place,
     preprocess::{View, reduce},
 };
 use rayon::prelude::*;
 
 use crate::{
     evaluate::Deviation,
+    learn::scene_of,
     map::Map,
     simulate::{Camera, seeded},
 };
@@ -97,19 +97,20 @@ fn draws(map: &Map, atlas: &Atlas<'_>) -> Vec<Draw> {
     let per_landmark = (MAX_VIEWS / count).min(8);
     // Between two landmarks of a dense table, the nearer one is right.
     let footprint = f64::from(atlas.header().footprint_px);
-    let stride = atlas.lattices().iter().map(|lattice| lattice.stride_px);
+    let stride = atlas.header().survey.lattices.iter().map(|lattice| lattice.stride_px);
     let stride = f64::from(stride.fold(f32::MAX, f32::min));
     let deviation = Deviation {
         shift: Deviation::FLIGHT.shift.min(0.5 * stride / footprint),
-        ..Deviation::FLIGHT
+        ..Deviation::FLIGHT.covering(&atlas.header().survey)
     };
     (0..count * per_landmark)
         .into_par_iter()
         .filter_map(|index| {
             let landmark = index / per_landmark * records.len() / count;
             let mut random = seeded(SEED, index as u64);
-            let center = place(atlas.lattices(), records[landmark].view)?;
-            let (scene, _) = deviation.draw(map, &camera, center, &mut random)?;
+            let nominal = scene_of(&atlas.header().survey.find(records[landmark].view)?);
+            let center = nominal.place;
+            let (scene, _) = deviation.draw(map, &camera, &nominal, &mut random)?;
             let mut frame = camera.frame();
             camera.render(map, &scene, &mut random, &mut frame);
             let mut view = View::black(atlas.eigenspace().side());

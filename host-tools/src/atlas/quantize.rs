@@ -168,7 +168,7 @@ impl Folded {
             mean: self.mean,
             footprint_px: candidates.grid().window_px() as f32,
             map_px: (map.width(), map.height()),
-            lattices: candidates.grid().lattices().clone(),
+            survey: candidates.grid().survey().clone(),
             likelihood: Likelihood {
                 sharpness: 1.0,
                 ceiling: f32::MAX,

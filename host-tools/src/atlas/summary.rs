@@ -3,7 +3,7 @@
 use eigenmark_core::{
     atlas::Atlas,
     eigenspace::Normalize,
-    landmark::{Metric, Width, lattice::candidate_count, lattice::place},
+    landmark::{Metric, Width},
     localizer::Localizer,
 };
 use serde::Serialize;
@@ -73,6 +73,10 @@ pub struct SettingsSummary {
     pub coefficients: &'static str,
     /// Side of a view's footprint, in map pixels.
     pub view_size: f32,
+    /// Headings that views are seen at.
+    pub headings: u8,
+    /// Altitude ratios that views are seen from.
+    pub altitudes: Vec<f32>,
 }
 
 /// The map of an atlas.
@@ -95,6 +99,10 @@ pub struct LandmarkSummary {
     pub view: u32,
     /// Centre of its window, in map pixels.
     pub place: [f32; 2],
+    /// Heading it was seen at, in degrees clockwise from map-up to frame-up.
+    pub heading_deg: f32,
+    /// Altitude it was seen from, over nominal altitude.
+    pub altitude_ratio: f32,
     /// Distance below which a fix is guaranteed.
     pub radius: f32,
 }
@@ -104,18 +112,22 @@ impl Summary {
     #[must_use]
     pub fn of(atlas: &Atlas<'_>) -> Self {
         let header = atlas.header();
-        let training = header.training;
+        let (training, survey) = (header.training, atlas.survey());
         let table = atlas
             .landmarks()
             .records()
             .iter()
             .zip(1..)
             .filter_map(|(record, landmark)| {
-                let place = place(atlas.lattices(), record.view)?;
+                let candidate = survey.find(record.view)?;
+                let (place, layer) = (candidate.place(), candidate.layer);
+                let headings = u32::from(survey.headings);
                 Some(LandmarkSummary {
                     landmark,
                     view: record.view,
                     place: [place.x_px, place.y_px],
+                    heading_deg: 360.0 * (layer.index % headings) as f32 / headings as f32,
+                    altitude_ratio: layer.altitude_ratio,
                     radius: record.radius,
                 })
             });
@@ -127,7 +139,7 @@ impl Summary {
             view_side: header.view_side,
             dims: header.dimensions,
             landmarks: atlas.landmarks().len(),
-            candidates: candidate_count(atlas.lattices()),
+            candidates: survey.count(),
             covered_variance: training.covered_variance,
             known: KnownLimits {
                 distance: header.limits.distance,
@@ -155,6 +167,8 @@ impl Summary {
                     Width::I8 => "i8",
                 },
                 view_size: header.footprint_px,
+                headings: survey.headings,
+                altitudes: survey.altitudes.to_vec(),
             },
             map: MapSummary {
                 width: header.map_px.0,

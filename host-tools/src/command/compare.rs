@@ -35,8 +35,12 @@ pub struct Cmd {
 impl Cmd {
     pub fn run(self) -> anyhow::Result<()> {
         let best = self.best.by(Method::Profile);
-        let settings = self.settings.settings(Selection::Best(best.clone()));
+        let settings = self.settings.settings(Selection::Best(best.clone()))?;
         let map = Map::open(&self.map)?;
+        let settings = self
+            .settings
+            .counted(&map, settings)
+            .with_context(|| self.map.clone())?;
         let most = REPORT_DIMENSIONS.into_iter().fold(0, usize::max);
         let progress = Progress::Stderr;
         let (candidates, model) =

@@ -58,6 +58,16 @@ pub fn print(out: &mut impl Write, path: &Path, summary: &Summary) -> anyhow::Re
         "  views      {side}×{side} pixels of a {} pixel window, {}, normalization {}",
         settings.view_size, settings.blur, settings.normalize
     )?;
+    let is_layered = settings.headings > 1 || settings.altitudes != [1.0];
+    if is_layered {
+        let altitudes: Vec<String> = settings.altitudes.iter().map(f32::to_string).collect();
+        writeln!(
+            out,
+            "  seen at    {} headings, altitude {}",
+            settings.headings,
+            altitudes.join(", ")
+        )?;
+    }
     if settings.highpass > 0.0 || settings.whiten > 0.0 {
         writeln!(
             out,
@@ -88,17 +98,30 @@ pub fn print(out: &mut impl Write, path: &Path, summary: &Summary) -> anyhow::Re
         summary.places, summary.legs
     )?;
     writeln!(out, "  landmarks  {}", summary.landmarks)?;
+    let of_layer = |heading: &str, altitude: &str| {
+        if is_layered {
+            format!("{heading:>9}{altitude:>10}")
+        } else {
+            String::new()
+        }
+    };
     writeln!(
         out,
-        "{:>8}{:>8}{:>20}{:>12}",
-        "rank", "view", "place (map pixels)", "radius"
+        "{:>8}{:>8}{:>20}{}{:>12}",
+        "rank",
+        "view",
+        "place (map pixels)",
+        of_layer("heading", "altitude"),
+        "radius"
     )?;
     for landmark in summary.table.iter().take(LISTED) {
         let [x, y] = landmark.place;
         let place = format!("{x}, {y}");
+        let heading = format!("{:.1}°", landmark.heading_deg);
+        let layer = of_layer(&heading, &landmark.altitude_ratio.to_string());
         writeln!(
             out,
-            "{:>8}{:>8}{place:>20}{:>12.4}",
+            "{:>8}{:>8}{place:>20}{layer}{:>12.4}",
             landmark.landmark, landmark.view, landmark.radius
         )?;
     }

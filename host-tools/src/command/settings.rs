@@ -3,9 +3,13 @@
 use anyhow::ensure;
 use clap::{Args, value_parser};
 use eigenmark::{
-    learn::{HIGHPASSES, SCALES, Settings, WHITENINGS},
+    learn::{ALTITUDES, HEADINGS, HIGHPASSES, SCALES, Settings, WHITENINGS},
+    map::Map,
+    output::Progress,
     select::{Best, Method, Preselection, Selection, Start},
+    train::measure_headings,
 };
+use eigenmark_core::landmark::MAX_ALTITUDES;
 
 use super::choices::{
     AttentionChoice, BlurChoice, DissimilarityChoice, MethodChoice, MetricChoice, NormalizeChoice,
@@ -33,6 +37,14 @@ pub struct SettingsArgs {
     /// Distance between views in map pixels [default: the report's layout, side by side and on the corners]
     #[arg(long, value_name = "PX", value_parser = value_parser!(u32).range(1..))]
     pub stride: Option<u32>,
+    /// See every view at so many headings, so that a fix says the heading, too; auto, or nothing, is as many as the
+    /// orientation that landmarks tolerate asks for. Views whose turned square would leave the map are left out
+    #[arg(long, value_name = "N|auto", default_value = "1", num_args = 0..=1, default_missing_value = "auto", value_parser = headings)]
+    headings: HeadingsChoice,
+    /// See every view from these altitudes over the nominal one, ascending, four at most, ¼ to 4; the view of altitude 2
+    /// shows twice the footprint, and is left out where that would leave the map
+    #[arg(long, value_name = "RATIO,…", value_delimiter = ',', default_value = "1", value_parser = altitude)]
+    pub altitudes: Vec<f32>,
     /// Contrast normalization of every view
     #[arg(long, value_enum, default_value = "none")]
     pub normalize: NormalizeChoice,
@@ -98,6 +110,13 @@ pub struct BestArgs {
     meters_per_pixel: f64,
 }
 
+/// What `--headings` says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum HeadingsChoice {
+    Measured,
+    Given(u8),
+}
+
 /// What `--start` says.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum StartChoice {
@@ -107,21 +126,63 @@ enum StartChoice {
 }
 
 impl SettingsArgs {
-    /// The settings, with a selection.
-    pub fn settings(&self, selection: Selection) -> Settings {
-        Settings {
+    /// The settings, with a selection; headings are still to be [`counted`](Self::counted).
+    pub fn settings(&self, selection: Selection) -> anyhow::Result<Settings> {
+        let altitudes = &self.altitudes;
+        ensure!(
+            altitudes.len() <= MAX_ALTITUDES && altitudes.is_sorted_by(|a, b| a < b),
+            "--altitudes: expected at most {MAX_ALTITUDES} ratios, ascending, found {}",
+            altitudes
+                .iter()
+                .map(f32::to_string)
+                .collect::<Vec<_>>()
+                .join(",")
+        );
+        Ok(Settings {
             scale: self.scale,
             blur: self.blur.into(),
             dimensions: self.dims,
             selection,
             view_size_px: self.view_size,
             stride_px: self.stride,
+            headings: match self.headings {
+                HeadingsChoice::Measured => *HEADINGS.end(),
+                HeadingsChoice::Given(headings) => headings,
+            },
+            altitudes: altitudes.iter().copied().collect(),
             normalize: self.normalize.into(),
             highpass_px: self.highpass,
             whiten: self.whiten,
             metric: self.metric.into(),
             width: self.coefficients.into(),
+        })
+    }
+
+    /// The same settings with as many headings as the map asks for, if the user leaves it to that.
+    pub fn counted(&self, map: &Map, settings: Settings) -> anyhow::Result<Settings> {
+        if self.headings != HeadingsChoice::Measured {
+            return Ok(settings);
         }
+        let measured = measure_headings(map, &settings, &Progress::Stderr)?;
+        let [left, right] = measured.orientation_deg;
+        eprintln!(
+            "{} headings: landmarks tolerate turns from {left:.1}° to {right:.1}°",
+            measured.headings
+        );
+        Ok(Settings {
+            headings: measured.headings,
+            ..settings
+        })
+    }
+
+    /// Pixels per side of a view.
+    fn view_side(&self) -> u32 {
+        let nominal = Settings {
+            scale: self.scale,
+            view_size_px: self.view_size,
+            ..Settings::default()
+        };
+        nominal.view_side()
     }
 }
 
@@ -173,7 +234,7 @@ impl SelectionArgs {
                 // Of v² pixels, the norm is v times the root mean square.
                 stop_residual: self
                     .stop_residual
-                    .map(|rms| rms * f64::from(settings.settings(Selection::All).view_side())),
+                    .map(|rms| rms * f64::from(settings.view_side())),
             },
         };
         Ok(Selection::Best(Best {
@@ -202,6 +263,29 @@ pub fn scale(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(scale) if SCALES.contains(&scale) => Ok(scale),
         _ => Err("expected a number from 1 to 1000".to_owned()),
+    }
+}
+
+fn headings(text: &str) -> Result<HeadingsChoice, String> {
+    match text.parse() {
+        _ if text == "auto" => Ok(HeadingsChoice::Measured),
+        Ok(headings) if HEADINGS.contains(&headings) => Ok(HeadingsChoice::Given(headings)),
+        _ => Err(format!(
+            "expected auto, or a number from {} to {}",
+            HEADINGS.start(),
+            HEADINGS.end()
+        )),
+    }
+}
+
+fn altitude(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(ratio) if ALTITUDES.contains(&ratio) => Ok(ratio),
+        _ => Err(format!(
+            "expected numbers from {} to {}",
+            ALTITUDES.start(),
+            ALTITUDES.end()
+        )),
     }
 }
 

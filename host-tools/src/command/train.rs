@@ -84,12 +84,20 @@ const MAX_EXPORTED_VIEWS: u32 = 8192;
 impl Cmd {
     pub fn run(self) -> anyhow::Result<()> {
         let selection = self.selection.selection(&self.settings)?;
-        let settings = self.settings.settings(selection);
+        let settings = self.settings.settings(selection)?;
         check_target(&self.out)?;
         if let Some(report) = &self.report {
+            ensure!(
+                settings.is_nominal(),
+                "--report shows views at one heading and the nominal altitude; leave it out, or --headings and --altitudes"
+            );
             check_target(report)?;
         }
         let map = Map::open(&self.map)?;
+        let settings = self
+            .settings
+            .counted(&map, settings)
+            .with_context(|| self.map.clone())?;
         if let Some(shard) = self.shard {
             return self.fold(&map, &settings, shard);
         }
@@ -252,6 +260,14 @@ fn export(trained: &Trained, directory: &Path) -> anyhow::Result<()> {
         &[n, 2],
         &mut places.flat_map(|place| [place.x_px.into(), place.y_px.into()]),
     )?;
+    if !trained.settings.is_nominal() {
+        let layers = (1..=trained.candidates.grid().count())
+            .map(|view| trained.candidates.grid().candidate(view).layer);
+        let headings = layers.clone().map(|layer| layer.heading_rad.into());
+        write("headings.npy", &[n], &mut headings.into_iter())?;
+        let altitudes = layers.map(|layer| layer.altitude_ratio.into());
+        write("altitudes.npy", &[n], &mut altitudes.into_iter())?;
+    }
     let Some(profiled) = &trained.selected.profiled else {
         return Ok(());
     };

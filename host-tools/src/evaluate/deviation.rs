@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use eigenmark_core::landmark::Point;
+use eigenmark_core::landmark::{Point, Survey};
 use rand::{Rng, RngExt};
 use serde::Serialize;
 
@@ -90,21 +90,39 @@ impl Deviation {
         occlusion: 0.0,
     };
 
-    /// A random scene around a place, of which `camera` shows nothing beyond the map, and how many were drawn until one
+    /// The same, but at least so much that views between the headings and altitudes of a survey are among those around
+    /// them.
+    #[must_use]
+    pub fn covering(self, survey: &Survey) -> Self {
+        let between = |pair: &[f32]| f64::from(pair[1] / pair[0]).sqrt();
+        let altitudes = survey.altitudes.windows(2).map(between);
+        let rotation_rad = match survey.headings {
+            1 => self.rotation_rad,
+            headings => self.rotation_rad.max(PI / f64::from(headings)),
+        };
+        Self {
+            rotation_rad,
+            altitude_ratio: altitudes.fold(self.altitude_ratio, f64::max),
+            ..self
+        }
+    }
+
+    /// A random scene around a nominal one, of which `camera` shows nothing beyond the map, and how many were drawn until one
     /// was like that. `None` when none is, in many tries.
     pub fn draw(
         &self,
         map: &Map,
         camera: &Camera,
-        center: Point,
+        nominal: &Scene,
         random: &mut impl Rng,
     ) -> Option<(Scene, usize)> {
         (1..=TRIES)
-            .map(|tries| (self.around(center, camera.footprint_px(), random), tries))
+            .map(|tries| (self.around(nominal, camera.footprint_px(), random), tries))
             .find(|(scene, _)| camera.is_on_map(map, scene))
     }
 
-    fn around(&self, center: Point, footprint_px: f64, random: &mut impl Rng) -> Scene {
+    fn around(&self, nominal: &Scene, footprint_px: f64, random: &mut impl Rng) -> Scene {
+        let center = nominal.place;
         let mut side = || random.random_range(-1.0..=1.0);
         let reach = self.shift * footprint_px;
         let place = Point {
@@ -112,8 +130,8 @@ impl Deviation {
             y_px: (f64::from(center.y_px) + reach * side()) as f32,
         };
         let scene = Scene {
-            heading_rad: self.rotation_rad * side(),
-            altitude_ratio: self.altitude_ratio.powf(side()),
+            heading_rad: nominal.heading_rad + self.rotation_rad * side(),
+            altitude_ratio: nominal.altitude_ratio * self.altitude_ratio.powf(side()),
             gamma: self.gamma.powf(side()),
             noise: self.noise * side().abs(),
             ..Scene::nominal(place)

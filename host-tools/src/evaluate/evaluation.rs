@@ -1,6 +1,6 @@
 //! Every landmark, by every judge: limits, catchments and score.
 
-use eigenmark_core::landmark::Point;
+use eigenmark_core::landmark::{Candidate, Point};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,11 @@ use super::{
     reliability::{Measure, Observer, Reliability, Steps, catchment},
     score::{self, Draws},
 };
-use crate::{map::Map, output::Progress, simulate::Camera};
+use crate::{
+    map::Map,
+    output::Progress,
+    simulate::{Camera, Scene},
+};
 
 /// What is evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -36,6 +40,10 @@ pub struct Site {
     pub view: u32,
     /// The center of its window.
     pub place: Point,
+    /// Its heading in radians, clockwise from map-up to frame-up.
+    pub heading_rad: f32,
+    /// Its altitude over the nominal altitude.
+    pub altitude_ratio: f32,
 }
 
 /// What was found about a landmark.
@@ -55,7 +63,28 @@ pub struct Evaluated {
     pub draws: Draws,
 }
 
+impl From<&Candidate> for Site {
+    fn from(candidate: &Candidate) -> Self {
+        Self {
+            view: candidate.view,
+            place: candidate.place(),
+            heading_rad: candidate.layer.heading_rad,
+            altitude_ratio: candidate.layer.altitude_ratio,
+        }
+    }
+}
+
 impl Site {
+    /// What a camera sees there.
+    #[must_use]
+    pub fn scene(&self) -> Scene {
+        Scene {
+            heading_rad: self.heading_rad.into(),
+            altitude_ratio: self.altitude_ratio.into(),
+            ..Scene::nominal(self.place)
+        }
+    }
+
     /// The top-left pixel of its window.
     #[must_use]
     pub fn corner(&self, window_px: u32) -> [u32; 2] {
@@ -157,7 +186,7 @@ impl Evaluator<'_> {
                 let steps = self.plan.steps;
                 (
                     measure,
-                    observer.limits(measure, steps, landmark, site.place),
+                    observer.limits(measure, steps, landmark, site.scene()),
                 )
             })
             .collect();
@@ -166,7 +195,7 @@ impl Evaluator<'_> {
             Camera::square_of(f64::from(self.footprint_px)),
             self.judges,
             &self.plan.deviation,
-            (landmark, site.place),
+            (landmark, &site.scene()),
             self.plan.views,
             self.plan.seed,
         );

@@ -11,7 +11,6 @@
 //! interval is Wilson's (E. B. Wilson, *Probable inference*, 1927), which holds near 0 and 1, too. A set's score is that of
 //! all its landmarks' draws together: as many of each, but for landmarks without room on the map.
 
-use eigenmark_core::landmark::Point;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -22,7 +21,7 @@ use super::{
 };
 use crate::{
     map::Map,
-    simulate::{Camera, seeded},
+    simulate::{Camera, Scene, seeded},
 };
 
 /// Standard deviations to either side that 95 % of a normal distribution lie within.
@@ -105,14 +104,14 @@ pub fn wilson_interval(successes: u64, trials: u64) -> [f64; 2] {
     [(center - half).max(0.0), (center + half).min(1.0)]
 }
 
-/// Draws `views` views around landmark `landmark` (0-based), whose place is given, for every judge.
+/// Draws `views` views around landmark `landmark` (0-based), whose nominal scene is given, for every judge.
 #[must_use]
 pub(super) fn draw(
     map: &Map,
     camera: Camera,
     judges: &[&dyn Judge],
     deviation: &Deviation,
-    (landmark, place): (u32, Point),
+    (landmark, nominal): (u32, &Scene),
     views: u64,
     seed: u64,
 ) -> Vec<Draws> {
@@ -120,7 +119,7 @@ pub(super) fn draw(
     let mut random = seeded(seed, u64::from(landmark));
     let mut draws = vec![Draws::default(); judges.len()];
     for _ in 0..views {
-        let Some((scene, tries)) = deviation.draw(map, &camera, place, &mut random) else {
+        let Some((scene, tries)) = deviation.draw(map, &camera, nominal, &mut random) else {
             draws
                 .iter_mut()
                 .for_each(|draws| draws.tries += TRIES as u64);

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use eigenmark_core::{
     atlas::Atlas,
-    landmark::{Point, lattice::place},
+    landmark::Point,
     localizer::{Fix, Localizer},
 };
 use rand::RngExt;
@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use super::Deviation;
 use crate::{
+    learn::scene_of,
     map::Map,
     output::Progress,
     simulate::{Camera, Scene, seeded},
@@ -125,12 +126,14 @@ pub fn fixes_around(
             let mut localizer = Localizer::new(atlas.clone());
             let mut random = seeded(seed, landmark as u64);
             let record = atlas.landmarks().records().get(landmark);
-            let center = record.and_then(|record| place(atlas.lattices(), record.view));
+            let candidate = record.and_then(|record| atlas.survey().find(record.view));
+            let nominal = candidate.map(|candidate| scene_of(&candidate));
             let mut frame = camera.frame();
             let mut fixes = Vec::with_capacity(views_per_landmark);
             for _ in 0..views_per_landmark {
-                let drawn =
-                    center.and_then(|center| deviation.draw(map, &camera, center, &mut random));
+                let drawn = nominal
+                    .as_ref()
+                    .and_then(|nominal| deviation.draw(map, &camera, nominal, &mut random));
                 let Some((scene, _)) = drawn else {
                     break;
                 };

@@ -9,11 +9,12 @@ mod rows;
 mod settings;
 mod space;
 
+pub(crate) use candidates::scene_of;
 pub use candidates::{Candidates, CandidatesError};
 pub use ipca::{Growth, IncrementalPca, RESIDUAL_TOLERANCE};
 pub use pca::{Fold, Model, PcaError, Route, first_columns};
 pub use pixel_basis::PixelBasis;
 pub use preprocess::{Kernel, Preprocess};
 pub use rows::{Matrix, Rows};
-pub use settings::{HIGHPASSES, SCALES, Settings, WHITENINGS, blur_name};
+pub use settings::{ALTITUDES, HEADINGS, HIGHPASSES, SCALES, Settings, WHITENINGS, blur_name};
 pub use space::Space;

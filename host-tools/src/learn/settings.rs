@@ -5,7 +5,8 @@ use std::ops::RangeInclusive;
 use eigenmark_core::{
     atlas::Blur,
     eigenspace::{MAX_DIMENSIONS, Normalize},
-    landmark::{Metric, Width},
+    landmark::{Altitudes, MAX_HEADINGS, Metric, Width},
+    preprocess::{MAX_ALTITUDE_RATIO, MIN_ALTITUDE_RATIO},
 };
 
 use serde::{Deserialize, Serialize};
@@ -23,6 +24,12 @@ pub const HIGHPASSES: RangeInclusive<f64> = 0.0..=1000.0;
 
 /// Whitening exponents that can be chosen.
 pub const WHITENINGS: RangeInclusive<f64> = 0.0..=2.0;
+
+/// Numbers of headings that can be chosen.
+pub const HEADINGS: RangeInclusive<u8> = 1..=MAX_HEADINGS;
+
+/// Altitude ratios that can be chosen.
+pub const ALTITUDES: RangeInclusive<f32> = MIN_ALTITUDE_RATIO..=MAX_ALTITUDE_RATIO;
 
 /// What users call a blur.
 #[must_use]
@@ -50,6 +57,10 @@ pub struct Settings {
     pub view_size_px: u32,
     /// Distance between candidates in map pixels; `None` for the report's layout.
     pub stride_px: Option<u32>,
+    /// Headings that candidates are seen at, evenly spread from map-up on.
+    pub headings: u8,
+    /// Ratios of actual over nominal altitude that candidates are seen from, ascending.
+    pub altitudes: Altitudes,
     /// Contrast normalization.
     pub normalize: Normalize,
     /// Sigma of the high-pass in view pixels; 0 for none.
@@ -71,6 +82,8 @@ impl Default for Settings {
             selection: Selection::profile(8),
             view_size_px: 200,
             stride_px: None,
+            headings: 1,
+            altitudes: [1.0].into_iter().collect(),
             normalize: Normalize::None,
             highpass_px: 0.0,
             whiten: 0.0,
@@ -88,12 +101,22 @@ impl Settings {
             && (1..=MAX_DIMENSIONS).contains(&self.dimensions)
             && self.view_size_px > 0
             && self.stride_px != Some(0)
+            && HEADINGS.contains(&self.headings)
+            && !self.altitudes.is_empty()
+            && self.altitudes.is_sorted_by(|a, b| a < b)
+            && self.altitudes.iter().all(|ratio| ALTITUDES.contains(ratio))
             && HIGHPASSES.contains(&self.highpass_px)
             && WHITENINGS.contains(&self.whiten)
             && match &self.selection {
                 Selection::All => true,
                 Selection::Best(best) => best.is_sound(),
             }
+    }
+
+    /// Whether candidates are seen at the nominal heading and altitude only.
+    #[must_use]
+    pub fn is_nominal(&self) -> bool {
+        self.headings == 1 && self.altitudes[..] == [1.0]
     }
 
     /// Pixels per side of a view, v = ⌊view size / scale⌋.
@@ -121,11 +144,12 @@ impl Settings {
     /// The candidates of `map`.
     ///
     /// # Errors
-    /// When the map is too small for the view size, or the stride too fine.
+    /// When the map is too small for the view size, its headings and altitudes, or the stride too fine.
     pub fn grid(&self, map: &Map) -> Result<Grid, GridError> {
-        match self.stride_px {
+        let grid = match self.stride_px {
             None => Grid::report(map, self.view_size_px),
             Some(stride_px) => Grid::dense(map, self.view_size_px, stride_px),
-        }
+        };
+        grid?.layered(map, self.headings, &self.altitudes)
     }
 }

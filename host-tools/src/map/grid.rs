@@ -3,23 +3,23 @@
 //! The report's layout (section 3.1, corrected): windows side by side in rows, then windows centered on the inner
 //! corners of the first. On a map whose sides are not whole multiples of the window, the rows are centered. A dense
 //! grid instead takes a window every `stride` pixels.
+//!
+//! Windows that are also seen turned or from higher up show more of the map than their own square: those of which that
+//! would leave the map are left out, in all layers.
 
-use eigenmark_core::landmark::{
-    Lattice, Lattices, Point,
-    lattice::{candidate_count, place},
-};
+use eigenmark_core::landmark::{Altitudes, Candidate, Lattice, Lattices, Layer, Point, Survey};
 
 use super::Map;
 
-/// The candidates of a map: square windows of one size, numbered from 1.
+/// The candidates of a map: square windows of one size, seen at some headings and altitudes, numbered from 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     window_px: u32,
-    lattices: Lattices,
+    survey: Survey,
 }
 
 /// Why a map has no such grid.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
     /// A window does not fit into the map.
     #[error(
@@ -46,6 +46,29 @@ pub enum GridError {
         window_px: u32,
         /// Its center, rounded down.
         place: [i64; 2],
+    },
+    /// Every window leaves the map when it is seen at all headings and altitudes.
+    #[error(
+        "views of {window_px}×{window_px} pixels cover up to {reach_px:.0} pixels when they are turned and seen from \
+         all altitudes, which does not fit into the map of {width}×{height}"
+    )]
+    LayersTooLarge {
+        /// Side of the window.
+        window_px: u32,
+        /// Side of the upright square that holds all that is seen.
+        reach_px: f64,
+        /// Width of the map.
+        width: u32,
+        /// Height of the map.
+        height: u32,
+    },
+    /// There are more candidates than can be numbered.
+    #[error("{layers} layers of {windows} views are more than can be numbered; raise --stride")]
+    TooManyLayers {
+        /// Headings times altitudes.
+        layers: u32,
+        /// Windows per layer.
+        windows: u32,
     },
     /// There are more rows or columns than can be numbered.
     #[error(
@@ -81,7 +104,7 @@ impl Grid {
         }
         Ok(Self {
             window_px,
-            lattices,
+            survey: Survey::nominal(lattices),
         })
     }
 
@@ -99,20 +122,59 @@ impl Grid {
         let only = lattice((0, 0), window_px, stride_px, (columns, rows))?;
         Ok(Self {
             window_px,
-            lattices: [only].into_iter().collect(),
+            survey: Survey::nominal([only].into_iter().collect()),
         })
     }
 
-    /// The windows of `window_px`×`window_px` pixels around the points of some lattices, such as an atlas names.
+    /// The same windows, seen at each of `headings` headings from each of `altitudes`; without those that would show
+    /// anything beyond the map.
     ///
     /// # Errors
-    /// When a window does not lie on the map, or not on whole pixels of it.
-    pub fn around(map: &Map, window_px: u32, lattices: &Lattices) -> Result<Self, GridError> {
+    /// When no window is left, or there are too many candidates.
+    pub fn layered(
+        self,
+        map: &Map,
+        headings: u8,
+        altitudes: &Altitudes,
+    ) -> Result<Self, GridError> {
+        let survey = Survey {
+            headings,
+            altitudes: altitudes.clone(),
+            ..self.survey
+        };
+        let reach_px = reach_px(self.window_px, &survey);
+        let (width, height) = (map.width(), map.height());
+        let inside = survey.lattices.iter();
+        let lattices: Lattices = inside
+            .filter_map(|lattice| inset(lattice, reach_px / 2.0, (width, height)))
+            .collect();
+        if lattices.is_empty() {
+            return Err(GridError::LayersTooLarge {
+                window_px: self.window_px,
+                reach_px,
+                width,
+                height,
+            });
+        }
+        let survey = Survey { lattices, ..survey };
+        let (layers, windows) = (survey.layers(), survey.windows());
+        if layers.checked_mul(windows).is_none() {
+            return Err(GridError::TooManyLayers { layers, windows });
+        }
+        Ok(Self { survey, ..self })
+    }
+
+    /// The windows of `window_px`×`window_px` pixels of a survey, such as an atlas has.
+    ///
+    /// # Errors
+    /// When a window does not lie on the map, or not on whole pixels of it, or shows what lies beyond the map when it is
+    /// seen at all headings and altitudes.
+    pub fn of(map: &Map, window_px: u32, survey: &Survey) -> Result<Self, GridError> {
         check_fit(map, window_px)?;
         let half = window_px as f32 / 2.0;
         let is_on_map = |at: f32, size: u32| at >= half && at + half <= size as f32;
         let is_whole = |length: f32| length.fract() == 0.0;
-        for lattice in lattices {
+        for lattice in &survey.lattices {
             let Point { x_px, y_px } = lattice.origin;
             if lattice.stride_px < 1.0
                 || ![lattice.stride_px, x_px - half, y_px - half]
@@ -129,10 +191,21 @@ impl Grid {
                 }
             }
         }
-        Ok(Self {
+        let grid = Self {
             window_px,
-            lattices: lattices.clone(),
-        })
+            survey: Survey::nominal(survey.lattices.clone()),
+        };
+        let layered = grid.layered(map, survey.headings, &survey.altitudes)?;
+        if layered.survey == *survey {
+            Ok(layered)
+        } else {
+            Err(GridError::LayersTooLarge {
+                window_px,
+                reach_px: reach_px(window_px, survey),
+                width: map.width(),
+                height: map.height(),
+            })
+        }
     }
 
     /// Side of a window, in map pixels: a view's footprint.
@@ -141,16 +214,26 @@ impl Grid {
         self.window_px
     }
 
-    /// The lattices of window centers.
+    /// Where its windows lie, and how they are seen.
     #[must_use]
-    pub fn lattices(&self) -> &Lattices {
-        &self.lattices
+    pub fn survey(&self) -> &Survey {
+        &self.survey
     }
 
     /// Number of candidates, n.
     #[must_use]
     pub fn count(&self) -> u32 {
-        candidate_count(&self.lattices)
+        self.survey.count()
+    }
+
+    /// Candidate `view` (1-based).
+    ///
+    /// # Panics
+    /// When there is no such candidate.
+    #[must_use]
+    pub fn candidate(&self, view: u32) -> Candidate {
+        let found = self.survey.find(view);
+        found.unwrap_or_else(|| panic!("view {view} of {}", self.count()))
     }
 
     /// The place of candidate `view` (1-based): the center of its window.
@@ -159,16 +242,51 @@ impl Grid {
     /// When there is no such candidate.
     #[must_use]
     pub fn place(&self, view: u32) -> Point {
-        place(&self.lattices, view).unwrap_or_else(|| panic!("view {view} of {}", self.count()))
+        self.candidate(view).place()
     }
 
-    /// Top-left pixel of the window of candidate `view` (1-based).
+    /// Top-left pixel of the window of candidate `view` (1-based), whatever its heading and altitude.
     #[must_use]
     pub fn corner(&self, view: u32) -> (u32, u32) {
         let place = self.place(view);
         let half = self.window_px as f32 / 2.0;
         ((place.x_px - half) as u32, (place.y_px - half) as u32)
     }
+}
+
+/// Side of the upright square that holds what a window shows at any heading from any altitude, in map pixels.
+fn reach_px(window_px: u32, survey: &Survey) -> f64 {
+    let of_layer = |layer: Layer| {
+        let (sin, cos) = f64::from(layer.heading_rad).sin_cos();
+        let reach = f64::from(layer.altitude_ratio) * (sin.abs() + cos.abs());
+        // Headings are rounded: quarter turns reach no further than their window.
+        (reach * 1e6).round() / 1e6
+    };
+    let layers = (0..survey.layers()).filter_map(|index| survey.layer(index));
+    // A window takes part in all layers: no nominal one, no smaller reach.
+    let widest = layers.map(of_layer).fold(1.0, f64::max);
+    f64::from(window_px) * widest
+}
+
+/// The points of a lattice that are at least `margin_px` away from the map's edge, if there are any.
+fn inset(lattice: &Lattice, margin_px: f64, size_px: (u32, u32)) -> Option<Lattice> {
+    let along = |origin_px: f32, count: u16, size_px: u32| {
+        let is_inside = |index: &u16| {
+            let at = f64::from(origin_px + f32::from(*index) * lattice.stride_px);
+            at >= margin_px && at + margin_px <= f64::from(size_px)
+        };
+        let first = (0..count).find(is_inside)?;
+        let end = (first..count).take_while(is_inside).count() as u16;
+        Some((origin_px + f32::from(first) * lattice.stride_px, end))
+    };
+    let (x_px, columns) = along(lattice.origin.x_px, lattice.columns, size_px.0)?;
+    let (y_px, rows) = along(lattice.origin.y_px, lattice.rows, size_px.1)?;
+    Some(Lattice {
+        origin: Point { x_px, y_px },
+        columns,
+        rows,
+        ..*lattice
+    })
 }
 
 fn check_fit(map: &Map, window_px: u32) -> Result<(), GridError> {
@@ -262,5 +380,55 @@ mod tests {
             Grid::dense(&map(70_000, 300), 200, 1),
             Err(GridError::TooMany { stride_px: 1 })
         );
+    }
+
+    #[test]
+    fn windows_that_leave_the_map_when_turned_are_left_out() {
+        let map = map(1600, 1200);
+        let grid = Grid::report(&map, 200).expect("fits");
+        let nominal: Altitudes = [1.0].into_iter().collect();
+        let layered = |headings, altitudes: &Altitudes| {
+            let grid = grid.clone().layered(&map, headings, altitudes);
+            grid.expect("room")
+        };
+        for headings in [1, 2, 4] {
+            assert_eq!(
+                layered(headings, &nominal).count(),
+                83 * u32::from(headings)
+            );
+        }
+        // Half a diagonal is 141 pixels: the outer windows of the first lattice leave.
+        let turned = layered(12, &nominal);
+        assert_eq!(turned.count(), 12 * (6 * 4 + 7 * 5));
+        assert_eq!(turned.corner(1), (200, 200));
+        assert_eq!(
+            turned.place(turned.survey().windows() + 25),
+            turned.place(25)
+        );
+        let lower: Altitudes = [0.5].into_iter().collect();
+        assert_eq!(layered(1, &lower).count(), 83);
+        let higher: Altitudes = [1.0, 2.0, 4.0].into_iter().collect();
+        assert_eq!(layered(1, &higher).count(), 3 * (4 * 2 + 5 * 3));
+        let far: Altitudes = [4.0].into_iter().collect();
+        // 1131 of 1200 pixels: a single row of corners is left.
+        assert_eq!(layered(72, &far).count(), 72 * 3);
+        let again = Grid::of(&map, 200, turned.survey());
+        assert_eq!(again, Ok(turned));
+        let unturned = Survey {
+            headings: 12,
+            ..grid.survey().clone()
+        };
+        let error = Grid::of(&map, 200, &unturned).expect_err("leaves the map");
+        assert!(matches!(error, GridError::LayersTooLarge { .. }), "{error}");
+    }
+
+    #[test]
+    fn layers_that_do_not_fit_are_refused() {
+        let map = map(250, 250);
+        let grid = Grid::dense(&map, 200, 1).expect("fits");
+        let error = grid.layered(&map, 8, &[1.0].into_iter().collect());
+        let message = "views of 200×200 pixels cover up to 283 pixels when they are turned and seen from all altitudes, \
+                       which does not fit into the map of 250×250";
+        assert_eq!(error.expect_err("too large").to_string(), message);
     }
 }

@@ -80,7 +80,7 @@ impl Explorer<'_> {
                 [place.x_px, place.y_px]
             })
             .collect();
-        let lattices = self.grid.lattices().iter();
+        let lattices = self.grid.survey().lattices.iter();
         let lattices: Vec<u32> = lattices
             .map(|one| u32::from(one.columns) * u32::from(one.rows))
             .collect();

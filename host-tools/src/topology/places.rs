@@ -2,7 +2,7 @@
 
 use eigenmark_core::{
     atlas::Atlas,
-    landmark::{Point, lattice::place},
+    landmark::Point,
 };
 
 use super::ROOM;
@@ -66,7 +66,7 @@ fn spaced(atlas: &Atlas<'_>) -> Vec<(usize, Point)> {
     let mut taken = std::collections::HashMap::<(i64, i64), Vec<Point>>::new();
     let mut spaced = Vec::new();
     for (index, record) in atlas.landmarks().records().iter().enumerate() {
-        let Some(at) = place(atlas.lattices(), record.view) else {
+        let Some(at) = atlas.header().survey.place(record.view) else {
             continue;
         };
         let (column, row) = bucket(at);

@@ -3,6 +3,7 @@
 //! Learning can be shared: [`fold_shard`] makes a [`Part`] of some of the candidates, and [`merge()`] goes on with all
 //! parts as [`train`] does with the whole.
 
+mod headings;
 mod merge;
 mod part;
 mod relearn;
@@ -17,6 +18,7 @@ use crate::{
     select::{Selected, Selection, SelectionError, select},
 };
 
+pub use headings::{MeasuredHeadings, measure_headings};
 pub use merge::{MergeError, fold_shard, joined, merge};
 pub use part::{Part, PartError, Shard};
 pub use relearn::{RelearnError, Relearned};

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::learn::{Fold, Settings};
 
 /// What a file begins with; the last byte is the version.
-const MAGIC: [u8; 8] = *b"EIGPART\x01";
+const MAGIC: [u8; 8] = *b"EIGPART\x02";
 
 /// The largest file: products of views of 50×50 pixels take 50 MB.
 const MAX_PART_BYTES: u64 = 64 << 20;

@@ -61,7 +61,7 @@ impl Relearned {
             });
         }
         // A footprint between pixels leaves corners between pixels: it is refused there.
-        let grid = Grid::around(map, header.footprint_px.round() as u32, &header.lattices)
+        let grid = Grid::of(map, header.footprint_px.round() as u32, &header.survey)
             .map_err(TrainError::Grid)?;
         let preprocess = Preprocess::new(
             usize::from(header.view_side),

@@ -1,5 +1,7 @@
 //! Bytes → atlas → a fix, and back to the same bytes.
 
+use std::f32::consts::TAU;
+
 use eigenmark_core::{
     atlas::{Atlas, Contents, Header, PREAMBLE_LEN, checksum, emit, emitted_len},
     eigenspace::{Normalize, Row, padded_pixels, weight_count, weight_index},
@@ -152,6 +154,8 @@ fn locate(atlas: &Atlas<'_>) {
         let Fix {
             place,
             position,
+            heading_rad,
+            altitude_ratio,
             distance,
             second,
             margin,
@@ -163,6 +167,8 @@ fn locate(atlas: &Atlas<'_>) {
             place.y_px,
             position.x_px,
             position.y_px,
+            heading_rad,
+            altitude_ratio,
             distance,
             second,
             margin,
@@ -172,6 +178,11 @@ fn locate(atlas: &Atlas<'_>) {
         assert!(
             distance >= 0.0 && second >= distance && margin >= 1.0 && from_feature_space >= 0.0,
             "{fix:?}"
+        );
+        assert!((0.0..TAU).contains(&heading_rad), "{fix:?}");
+        assert_eq!(
+            atlas.survey().altitude_ratio(fix.view),
+            Some(altitude_ratio)
         );
         let record = atlas.landmarks().records()[fix.landmark as usize];
         assert_eq!(record.view, fix.view);

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use eigenmark_core::{
     atlas::{Atlas, Blur, Contents, Header, Likelihood, Limits, Training, emit},
     eigenspace::{MeanRow, Normalize, Row, weight_index},
-    landmark::{Lattice, Lattices, Metric, Point, Record, Width},
+    landmark::{Lattice, Metric, Point, Record, Survey, Width},
     link::{Identity, MAX_REPLY_LEN, Receiver, Reply, Request, Responder, encode},
     localizer::Localizer,
 };
@@ -132,7 +132,6 @@ impl Serialize for Raw<'_> {
 
 /// Two landmarks of one dimension, for views of 2×2 pixels.
 fn atlas(words: &mut [u64; 64]) -> Atlas<'_> {
-    let mut lattices = Lattices::new();
     let grid = Lattice {
         origin: Point {
             x_px: 100.0,
@@ -142,7 +141,6 @@ fn atlas(words: &mut [u64; 64]) -> Atlas<'_> {
         columns: 2,
         rows: 1,
     };
-    lattices.push(grid).expect("room for one");
     let header = Header {
         view_side: 2,
         dimensions: 1,
@@ -164,7 +162,7 @@ fn atlas(words: &mut [u64; 64]) -> Atlas<'_> {
         },
         footprint_px: 200.0,
         map_px: (400, 200),
-        lattices,
+        survey: Survey::nominal([grid].into_iter().collect()),
         likelihood: Likelihood {
             sharpness: 8.0,
             ceiling: 0.5,

@@ -87,10 +87,7 @@ impl Setup {
         let landmarks = self.trained.selected.landmarks.iter();
         let grid = self.trained.candidates.grid();
         landmarks
-            .map(|&view| Site {
-                view,
-                place: grid.place(view),
-            })
+            .map(|&view| Site::from(&grid.candidate(view)))
             .collect()
     }
 
@@ -557,7 +554,7 @@ fn an_atlas_of_another_grid_is_refused_for_its_map() {
 /// The same atlas with another first lattice.
 fn with_lattice(atlas: &Atlas<'_>, change: &dyn Fn(&mut Lattice)) -> AtlasBuffer {
     let mut header = atlas.header().clone();
-    change(&mut header.lattices[0]);
+    change(&mut header.survey.lattices[0]);
     let records = atlas.landmarks().records();
     AtlasBuffer::with(atlas, &header, records).expect("the core does not mind")
 }

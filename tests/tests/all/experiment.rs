@@ -65,10 +65,7 @@ impl Single {
         let model = Model::learn(&candidates, dimensions).expect("learns");
         let basis = PixelBasis::new(&model, &preprocess, 0.0);
         let coordinates = model.project(&candidates);
-        let site = |&view: &u32| Site {
-            view,
-            place: grid.place(view),
-        };
+        let site = |&view: &u32| Site::from(&grid.candidate(view));
         Self {
             exact: Exact::new(basis, settings.metric, &coordinates, landmarks),
             sites: landmarks.iter().map(site).collect(),

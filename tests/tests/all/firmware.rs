@@ -9,7 +9,7 @@ use eigenmark::{
     map::Map,
     output::Progress,
     select::Selection,
-    simulate::{Camera, CameraFrame, seeded},
+    simulate::{Camera, CameraFrame, Scene, seeded},
     train::train,
 };
 use eigenmark_core::{
@@ -17,7 +17,7 @@ use eigenmark_core::{
     eigenspace::Normalize,
     explore,
     frame::FrameError,
-    landmark::{Metric, Width, lattice::place},
+    landmark::{Metric, Width},
     link::{Damage, Identity, MAX_REQUEST_LEN, Rejection, Reply, Request},
     localizer::{Fix, Localizer, digest},
     track::{self, Odometry},
@@ -242,10 +242,10 @@ fn rendered_frame(
     random: &mut impl Rng,
 ) -> CameraFrame {
     let view = atlas.landmarks().records()[landmark].view;
-    let center = place(atlas.lattices(), view).expect("a candidate");
+    let nominal = Scene::nominal(atlas.survey().place(view).expect("a candidate"));
     let square = Camera::square_for(atlas);
     let (scene, _) = Deviation::SLIGHT
-        .draw(map, &square, center, random)
+        .draw(map, &square, &nominal, random)
         .expect("there is room");
     let camera = Camera::for_atlas(atlas);
     let mut frame = camera.frame();
@@ -254,13 +254,15 @@ fn rendered_frame(
 }
 
 /// Every bit of a fix.
-fn bits(fix: Option<Fix>) -> Option<[u32; 12]> {
+fn bits(fix: Option<Fix>) -> Option<[u32; 14]> {
     fix.map(|fix| {
         let numbers = [
             fix.place.x_px,
             fix.place.y_px,
             fix.position.x_px,
             fix.position.y_px,
+            fix.heading_rad,
+            fix.altitude_ratio,
             fix.distance,
             fix.second,
             fix.margin,
@@ -277,10 +279,12 @@ fn bits(fix: Option<Fix>) -> Option<[u32; 12]> {
             0,
             0,
             0,
+            0,
+            0,
             fix.guaranteed.into(),
             fix.known.into(),
         ];
-        bits[2..10].copy_from_slice(&numbers.map(f32::to_bits));
+        bits[2..12].copy_from_slice(&numbers.map(f32::to_bits));
         bits
     })
 }

@@ -9,6 +9,7 @@ mod evaluate;
 mod experiment;
 mod firmware;
 mod fuzz;
+mod headings;
 mod judgements;
 mod merge;
 mod panicless;

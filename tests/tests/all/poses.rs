@@ -9,7 +9,7 @@ use eigenmark::{
 };
 use eigenmark_core::{
     eigenspace::Normalize,
-    landmark::{Point, lattice::place},
+    landmark::Point,
     localizer::{Fix, Localizer},
     preprocess::Pose,
 };
@@ -92,7 +92,10 @@ fn measure(map: &TestMap, normalize: Normalize) -> [Shares; 3] {
     let records = atlas.landmarks().records();
     while scenes < SCENES {
         let landmark = random.random_range(0..records.len());
-        let center = place(atlas.lattices(), records[landmark].view).expect("a place");
+        let center = atlas
+            .survey()
+            .place(records[landmark].view)
+            .expect("a place");
         let scene = draw(center, f64::from(map.view_size_px), &mut random);
         if !camera.is_on_map(&opened, &scene) {
             continue;

@@ -86,10 +86,7 @@ impl Learned {
 }
 
 fn sites(candidates: &Candidates, landmarks: &[u32]) -> Vec<Site> {
-    let site = |&view: &u32| Site {
-        view,
-        place: candidates.grid().place(view),
-    };
+    let site = |&view: &u32| Site::from(&candidates.grid().candidate(view));
     landmarks.iter().map(site).collect()
 }
 

@@ -11,11 +11,7 @@ use eigenmark::{
     map::{Integral, Map, load},
     output::{Progress, create_dir, write_file, write_npy},
 };
-use eigenmark_core::{
-    atlas::Atlas,
-    frame::MAX_SIDE,
-    landmark::lattice::{candidate_count, place},
-};
+use eigenmark_core::{atlas::Atlas, frame::MAX_SIDE};
 use image::codecs::png::PngEncoder;
 use serde::Serialize;
 
@@ -118,13 +114,11 @@ impl Ground<'_> {
         let side = self.exact.side();
         let mut view = vec![0; side * side];
         let (name, site) = if let Ok(number) = name.parse::<u32>() {
-            let count = candidate_count(self.atlas.lattices());
-            let place = place(self.atlas.lattices(), number)
-                .with_context(|| format!("view {number}: expected 1 to {count}"))?;
-            let site = Site {
-                view: number,
-                place,
-            };
+            let survey = self.atlas.survey();
+            let candidate = survey.find(number);
+            let candidate = candidate
+                .with_context(|| format!("view {number}: expected 1 to {}", survey.count()))?;
+            let site = Site::from(&candidate);
             let [x, y] = site.corner(self.footprint_px);
             self.integral
                 .reduce((x, y), self.footprint_px, side, &mut view);

@@ -18,10 +18,7 @@ use eigenmark::{
     output::{Progress, check_directory, check_target},
     train::Relearned,
 };
-use eigenmark_core::{
-    atlas::Atlas,
-    landmark::{Record, lattice::place},
-};
+use eigenmark_core::{atlas::Atlas, landmark::Record};
 use serde::Serialize;
 use serde_json::json;
 
@@ -118,6 +115,16 @@ impl Cmd {
         }
         let buffer = AtlasBuffer::read(&self.atlas)?;
         let atlas = buffer.atlas();
+        // Catchments and localization matrices are of upright windows.
+        let survey = atlas.survey();
+        let altitudes: Vec<String> = survey.altitudes.iter().map(f32::to_string).collect();
+        ensure!(
+            survey.headings == 1 && survey.altitudes[..] == [1.0],
+            "{}: expected an atlas of one heading at the nominal altitude, found one of {} headings, altitude {}",
+            self.atlas.display(),
+            survey.headings,
+            altitudes.join(", ")
+        );
         let map = Map::open(&self.map)?;
         let progress = Progress::Stderr;
 
@@ -251,10 +258,9 @@ fn exact(relearned: &Relearned) -> Exact {
 }
 
 fn sites(atlas: &Atlas<'_>) -> Vec<Site> {
-    let site = |record: &Record| Site {
-        view: record.view,
-        place: place(atlas.lattices(), record.view)
-            .expect("an atlas's landmarks lie on its lattices"),
+    let site = |record: &Record| {
+        let candidate = atlas.survey().find(record.view);
+        Site::from(&candidate.expect("an atlas's landmarks are of its survey"))
     };
     atlas.landmarks().records().iter().map(site).collect()
 }

@@ -1,7 +1,6 @@
 //! How far a view may deviate in one respect: outward from the nominal view, step by step, to the last step before the
 //! first failure; report section 3.5, ERRATA.
 
-use eigenmark_core::landmark::Point;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
@@ -106,20 +105,20 @@ impl<'a> Observer<'a> {
         }
     }
 
-    /// The limits of `measure` at landmark `landmark` (0-based), whose place is given: by judge, by criterion.
+    /// The limits of `measure` at landmark `landmark` (0-based), whose nominal scene is given: by judge, by criterion.
     pub(crate) fn limits(
         &mut self,
         measure: Measure,
         steps: Steps,
         landmark: u32,
-        place: Point,
+        nominal: Scene,
     ) -> Vec<[Limits; 2]> {
         let sides = [-1, 1].map(|direction| {
             let outward = Outward {
                 measure,
                 steps,
                 landmark,
-                place,
+                nominal,
                 direction,
             };
             self.outward(&outward)
@@ -180,7 +179,9 @@ impl<'a> Observer<'a> {
                 return (seen, Some(End::Range));
             };
             let footprint_px = self.camera.footprint_px();
-            let scenes = outward.measure.scenes(value, outward.place, footprint_px);
+            let scenes = outward
+                .measure
+                .scenes(value, &outward.nominal, footprint_px);
             let is_on_map = |scene| self.camera.is_on_map(self.map, scene);
             if !scenes.iter().all(is_on_map) {
                 return (seen, Some(End::Map));
@@ -201,7 +202,7 @@ struct Outward {
     measure: Measure,
     steps: Steps,
     landmark: u32,
-    place: Point,
+    nominal: Scene,
     /// 1 to larger values, −1 to smaller ones.
     direction: i32,
 }

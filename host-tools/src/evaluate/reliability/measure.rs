@@ -1,6 +1,5 @@
 //! In which respects a view may deviate, and in which steps.
 
-use eigenmark_core::landmark::Point;
 use serde::{Deserialize, Serialize};
 
 use crate::simulate::{Corner, Occlusion, Scene};
@@ -94,18 +93,18 @@ impl Measure {
         range.contains(&value).then_some(value)
     }
 
-    /// The scenes at `place` that have to pass for `value` to be tolerated.
+    /// The scenes that have to pass for `value` to be tolerated around a nominal one: still, level, in nominal light.
     #[must_use]
-    pub fn scenes(self, value: f64, place: Point, footprint_px: f64) -> Vec<Scene> {
-        let nominal = Scene::nominal(place);
+    pub fn scenes(self, value: f64, nominal: &Scene, footprint_px: f64) -> Vec<Scene> {
+        let nominal = *nominal;
         let way = value * footprint_px;
         match self {
             Self::Orientation => vec![Scene {
-                heading_rad: value.to_radians(),
+                heading_rad: nominal.heading_rad + value.to_radians(),
                 ..nominal
             }],
             Self::Altitude => vec![Scene {
-                altitude_ratio: value,
+                altitude_ratio: nominal.altitude_ratio * value,
                 ..nominal
             }],
             Self::Gamma => vec![Scene {

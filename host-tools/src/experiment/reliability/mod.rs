@@ -28,7 +28,7 @@ use crate::{
         Criterion, Panel, Verdict,
         reliability::{Catchment, Limits, Measure, Observer, Reliability, Steps, spiral},
     },
-    learn::Space,
+    learn::{Space, scene_of},
     map::{Integral, Map},
     output::Bar,
     simulate::Camera,
@@ -117,7 +117,9 @@ impl Together<'_> {
         let camera = Camera::finest(grid.window_px());
         let mut observer = Observer::new(map, camera, self);
         Measure::REPORT
-            .map(|measure| observer.limits(measure, steps, view - 1, grid.place(view)))
+            .map(|measure| {
+                observer.limits(measure, steps, view - 1, scene_of(&grid.candidate(view)))
+            })
             .to_vec()
     }
 }

@@ -14,7 +14,6 @@
 //!
 //! **Limits.** Each variant selects its own landmarks, and means are over those whose limit does not end at the map.
 
-use eigenmark_core::landmark::Point;
 use image::{GrayImage, RgbImage, imageops::crop_imm};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -168,10 +167,7 @@ impl Learned {
         };
         let landmarks =
             select(map, &space.candidates, &space.coordinates, &spanned, false)?.landmarks;
-        let site = |&view: &u32| {
-            let place: Point = space.candidates.grid().place(view);
-            Site { view, place }
-        };
+        let site = |&view: &u32| Site::from(&space.candidates.grid().candidate(view));
         let basis = space.basis.clone();
         Ok(Self {
             exact: Exact::new(basis, settings.metric, &space.coordinates, &landmarks),

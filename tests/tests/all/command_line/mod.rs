@@ -3,6 +3,7 @@
 
 mod evaluate;
 mod experiment;
+mod headings;
 mod segment;
 
 use std::{
