@@ -1,4 +1,5 @@
-//! The grid that a belief is held over.
+//! The grid that a belief is held over: the whole map, also where no view of a landmark fits any more. A vehicle can be
+//! there, and nothing that it sees says so.
 
 use crate::{
     atlas::Atlas,
@@ -6,7 +7,10 @@ use crate::{
     math::sqrt,
 };
 
-/// A regular grid of square cells over the places of all candidates, once per heading.
+/// Cells per row or column, at most.
+const MAX_COUNT: u32 = u16::MAX as u32;
+
+/// A regular grid of square cells over a map, once per heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cells {
     /// Center of the first cell.
@@ -34,46 +38,49 @@ impl Cells {
         let survey = &atlas.header().survey;
         let headings = survey.headings.max(1);
         let room = (capacity / usize::from(headings)).max(1) as u32;
+        let map_px = atlas.header().map_px;
         match (survey.lattices.as_slice(), atlas.landmarks().is_whole()) {
-            ([lattice], true) => Self::on(lattice, headings, room),
-            (lattices, _) => Self::over(lattices, headings, room),
+            ([lattice], true) => Self::on(lattice, map_px, headings, room),
+            _ => Self::over(map_px, headings, room),
         }
     }
 
-    /// Every landmark of a lattice, or every second, …
-    fn on(lattice: &Lattice, headings: u8, room: u32) -> Self {
-        let every = |step: u16| (lattice.columns.div_ceil(step), lattice.rows.div_ceil(step));
-        let fits = |(columns, rows): (u16, u16)| u32::from(columns) * u32::from(rows) <= room;
-        let longest = lattice.columns.max(lattice.rows).max(1);
-        let step = (1..=longest).find(|&step| fits(every(step)));
-        let step = step.unwrap_or(longest);
-        let (columns, rows) = every(step);
-        Self {
-            origin: lattice.origin,
-            side_px: lattice.stride_px * f32::from(step),
-            columns,
-            rows,
-            headings,
+    /// Every landmark of a lattice, or every second, … and on to the borders of the map.
+    fn on(lattice: &Lattice, map_px: (u32, u32), headings: u8, room: u32) -> Self {
+        // Cells before the first landmark, and all, along one axis.
+        let along = |origin: f32, side: f32, map: u32| {
+            let before = ((origin / side) as u32).min(MAX_COUNT);
+            let after = ((map as f32 - origin) / side) as u32;
+            (before, before.saturating_add(after.min(MAX_COUNT)) + 1)
+        };
+        let (mut step, mut grid) = (1_u16, None);
+        while step < u16::MAX && grid.is_none() {
+            let side = lattice.stride_px * f32::from(step);
+            let (left, columns) = along(lattice.origin.x_px, side, map_px.0);
+            let (above, rows) = along(lattice.origin.y_px, side, map_px.1);
+            if columns.saturating_mul(rows) <= room {
+                grid = Some(Self {
+                    origin: Point {
+                        x_px: lattice.origin.x_px - left as f32 * side,
+                        y_px: lattice.origin.y_px - above as f32 * side,
+                    },
+                    side_px: side,
+                    columns: columns as u16,
+                    rows: rows as u16,
+                    headings,
+                });
+            }
+            step += 1;
         }
+        grid.unwrap_or_else(|| Self::over(map_px, headings, room))
     }
 
-    /// The bounding box of some lattices.
-    fn over(lattices: &[Lattice], headings: u8, room: u32) -> Self {
-        let corners = lattices.iter().flat_map(|lattice| {
-            let last = |count: u16| u32::from(count).saturating_sub(1);
-            [
-                lattice.origin,
-                lattice.point(last(lattice.columns), last(lattice.rows)),
-            ]
-        });
-        let (mut least, mut most) = ([f32::MAX; 2], [0.0_f32; 2]);
-        for corner in corners {
-            least = [least[0].min(corner.x_px), least[1].min(corner.y_px)];
-            most = [most[0].max(corner.x_px), most[1].max(corner.y_px)];
-        }
-        let [width, height] = [most[0] - least[0], most[1] - least[1]].map(|side| side.max(0.0));
+    /// Squares over a map.
+    fn over((width, height): (u32, u32), headings: u8, room: u32) -> Self {
+        let [width, height] = [width, height].map(|side| side.max(1) as f32);
+        let room = room.min(MAX_COUNT);
         let count = |length: f32, side: f32| ((length / side) as u32).saturating_add(1);
-        // The area decides, but for long and narrow boxes; at most a few steps of 1 % follow.
+        // The area decides, but for long and narrow maps; some steps of 1 % follow.
         let mut side = sqrt(width * height / room as f32)
             .max(width.max(height) / room as f32)
             .max(1.0);
@@ -83,14 +90,14 @@ impl Cells {
             }
             side *= 1.01;
         }
-        let columns = count(width, side).min(room).min(u16::MAX.into());
-        let rows = count(height, side)
-            .min(room / columns.max(1))
-            .clamp(1, u16::MAX.into());
+        let columns = count(width, side).min(room);
+        let rows = count(height, side).clamp(1, (room / columns.max(1)).max(1));
+        // The same margin on both sides.
+        let first = |length: f32, count: u32| (length - (count - 1) as f32 * side) / 2.0;
         Self {
             origin: Point {
-                x_px: least[0],
-                y_px: least[1],
+                x_px: first(width, columns),
+                y_px: first(height, rows),
             },
             side_px: side,
             columns: columns as u16,
@@ -178,32 +185,44 @@ mod tests {
 
     #[test]
     fn whole_lattices_have_a_cell_per_landmark_as_far_as_there_is_room() {
-        let cells = Cells::on(&lattice(20.0, 40, 30), 1, 1200);
-        assert_eq!((cells.columns, cells.rows, cells.side_px), (40, 30, 20.0));
-        let cells = Cells::on(&lattice(20.0, 40, 30), 1, 1199);
-        assert_eq!((cells.columns, cells.rows, cells.side_px), (20, 15, 40.0));
-        for (column, row) in [(0, 0), (19, 14), (7, 3)] {
-            let index = usize::from(row) * 20 + usize::from(column);
+        // Centers at 100, 120, … 880 and 50, 70, … 630, on a map that goes on by as much.
+        let map = (980, 680);
+        let all = 50 * 34;
+        let cells = Cells::on(&lattice(20.0, 40, 30), map, 1, all);
+        assert_eq!((cells.columns, cells.rows, cells.side_px), (50, 34, 20.0));
+        assert_eq!((cells.origin.x_px, cells.origin.y_px), (0.0, 10.0));
+        let cells = Cells::on(&lattice(20.0, 40, 30), map, 1, all - 1);
+        assert_eq!((cells.columns, cells.rows, cells.side_px), (25, 17, 40.0));
+        assert_eq!(cells.origin.x_px, 20.0);
+        for (column, row) in [(0, 0), (24, 16), (7, 3)] {
+            let index = usize::from(row) * 25 + usize::from(column);
             assert_eq!(cells.find(cells.center(column, row)), Some(index));
         }
         let at = |x_px, y_px| cells.find(Point { x_px, y_px });
-        assert_eq!(at(100.0 + 19.0, 50.0 + 21.0), Some(20));
-        assert_eq!(at(30.0, 50.0), None);
+        assert_eq!(at(20.0 + 19.0, 10.0 + 21.0), Some(25));
+        assert_eq!(at(-70.0, 50.0), None);
         assert_eq!(at(f32::NAN, 50.0), None);
     }
 
     #[test]
-    fn boxes_are_covered_within_the_room() {
-        for (columns, rows, room) in [(8, 6, 4096), (1, 1, 16), (300, 1, 64), (2, 900, 100)] {
-            let only = lattice(200.0, columns, rows);
-            let cells = Cells::over(&[only], 1, room);
+    fn maps_are_covered_within_the_room() {
+        for (map, room) in [
+            ((1600, 1200), 4096),
+            ((1, 1), 16),
+            ((300, 1), 64),
+            ((2, 900), 100),
+        ] {
+            let cells = Cells::over(map, 1, room);
             assert!(cells.states() <= room as usize && cells.states() > 0);
-            let last = only.point(u32::from(columns) - 1, u32::from(rows) - 1);
-            for corner in [only.origin, last] {
+            let last = Point {
+                x_px: map.0 as f32,
+                y_px: map.1 as f32,
+            };
+            for corner in [super::super::ORIGIN, last] {
                 assert!(cells.find(corner).is_some(), "{cells:?} {corner:?}");
             }
             assert!(
-                columns == 1 || rows == 1 || cells.states() * 2 > room as usize,
+                map.0.min(map.1) < 10 || cells.states() * 2 > room as usize,
                 "{cells:?}"
             );
         }

@@ -22,7 +22,7 @@
 //!
 //! **Cost.** Eight bytes per state. An observation streams the landmark table and passes over the states twice.
 //!
-//! **Limits.** Outside of the lattices' bounding box there are no states.
+//! **Limits.** Off the map there are no states: a vehicle that leaves it is believed to be somewhere else.
 
 mod cells;
 mod estimate;

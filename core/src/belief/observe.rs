@@ -2,7 +2,9 @@
 
 use super::Belief;
 use crate::{
-    atlas::Atlas, eigenspace::Coefficients, math::{exp_of_negative, turn},
+    atlas::Atlas,
+    eigenspace::Coefficients,
+    math::{exp_of_negative, turn},
 };
 
 /// What a frame is worth as evidence.

@@ -25,6 +25,9 @@ pub struct Motion {
 /// Weights are spread when the variance of displacements is this share of a squared cell, or more.
 const SPREAD: f32 = 0.05;
 
+/// With at least this probability of having been carried away, the next frame has nothing in common with those before.
+const ELSEWHERE: f32 = 0.1;
+
 impl<const STATES: usize> Belief<STATES> {
     /// The vehicle moved. With one heading, `heading_rad` is the vehicle's as its compass has it, halfway; with several
     /// it is not used, each of them turns by itself.
@@ -63,6 +66,9 @@ impl<const STATES: usize> Belief<STATES> {
         }
         let way = motion.forward_px * motion.forward_px + motion.right_px * motion.right_px;
         self.way_px += crate::math::sqrt(way);
+        if motion.carried_away >= ELSEWHERE {
+            self.way_px = f32::INFINITY;
+        }
         self.spread(motion, step);
         self.normalize(motion.carried_away.clamp(0.0, 1.0));
     }

@@ -1,44 +1,75 @@
-//! Along a leg.
+//! Along a route.
 
-use micromath::F32Ext;
+use super::{Command, Mission, Situation};
+use crate::{
+    belief::Estimate,
+    landmark::Point,
+    math::{heading_of, wrapped},
+    route::{Leg, Router, TopologicalMap},
+};
 
-use super::{Command, Mission};
-use crate::{belief::Estimate, landmark::Point, math::wrapped, route::Leg};
-
-/// The integral of the cross-track error turns the course by at most this share of the lookahead: 45°.
-const MAX_INTEGRAL: f32 = 1.0;
-
-/// Slowest share of the cruising speed on a leg: a vehicle without way cannot be steered.
+/// Slowest share of the cruising speed before the goal: a vehicle without way cannot be steered.
 const LEAST_SPEED: f32 = 0.3;
 
+/// Headings are turned into the wind by at most this, in radians: 80°.
+const MAX_DRIFT_RAD: f32 = 1.4;
+
+/// Legs that are looked ahead, at most.
+const MAX_LEGS_AHEAD: usize = 16;
+
+/// Where to go next.
+pub(super) struct Aim {
+    point: Point,
+    /// Length of the route from there to the end that is seen, in map pixels.
+    left_px: f32,
+}
+
 impl Mission {
-    /// Aims at a point ahead on the leg.
-    pub(super) fn follow(&mut self, leg: &Leg, estimate: &Estimate, step_s: f32) {
-        let (along, across) = on_leg(leg, estimate.position);
-        let lookahead = self.limits.lookahead_px.max(f32::MIN_POSITIVE);
-        let aim = across + self.integral_px;
-        // Grows slowly while the error is large, so that it does not swing over.
-        let rate = self.limits.integral_gain * across * lookahead * lookahead
-            / (lookahead * lookahead + aim * aim);
-        let reach = MAX_INTEGRAL * lookahead;
-        self.integral_px = (self.integral_px + rate * step_s.max(0.0)).clamp(-reach, reach);
-        // micromath's arc tangent is off by at most 0.3°, far less than headings are.
-        let turn = F32Ext::atan2(-aim, lookahead);
-        let rest = leg.length_px() - along;
-        let past_end = rest < 0.0;
-        let heading = if past_end {
-            // Straight back to the end, which the wind keeps from it.
-            let to_end = Leg {
-                start: estimate.position,
-                ..*leg
+    /// The point of the route that is a lookahead ahead.
+    pub(super) fn aim<const PLACES: usize>(
+        &self,
+        leg: &Leg,
+        position: Point,
+        map: &TopologicalMap<'_>,
+        router: &Router<PLACES>,
+    ) -> Aim {
+        let mut leg = *leg;
+        let mut ahead = on_leg(&leg, position).0.max(0.0) + self.limits.lookahead_px;
+        for _ in 0..MAX_LEGS_AHEAD {
+            let length = leg.length_px();
+            if ahead < length {
+                let share = ahead / length;
+                let point = Point {
+                    x_px: leg.start.x_px + share * (leg.end.x_px - leg.start.x_px),
+                    y_px: leg.start.y_px + share * (leg.end.y_px - leg.start.y_px),
+                };
+                let left_px = f32::MAX;
+                return Aim { point, left_px };
+            }
+            let Some(next) = router.next_leg(map, leg.to) else {
+                break;
             };
-            to_end.heading_rad()
-        } else {
-            leg.heading_rad() + turn
-        };
+            ahead -= length;
+            leg = next;
+        }
+        Aim {
+            point: leg.end,
+            left_px: position.distance_px(leg.end),
+        }
+    }
+
+    /// Heads for a point.
+    pub(super) fn pursue(&mut self, aim: &Aim, situation: &Situation, estimate: &Estimate) {
+        let position = estimate.position;
+        let course = heading_of(
+            aim.point.x_px - position.x_px,
+            aim.point.y_px - position.y_px,
+        );
+        let drift = wrapped(situation.drift_rad).clamp(-MAX_DRIFT_RAD, MAX_DRIFT_RAD);
+        let lookahead = self.limits.lookahead_px.max(f32::MIN_POSITIVE);
         self.command = Command {
-            heading_rad: wrapped(heading),
-            speed: (rest.abs() / lookahead).clamp(LEAST_SPEED, 1.0),
+            heading_rad: wrapped(course - drift),
+            speed: (aim.left_px / lookahead).clamp(LEAST_SPEED, 1.0),
         };
     }
 }

@@ -15,11 +15,11 @@
 //! **What.** A [`Mission`] is a value: [`step`](Mission::step) makes the next one from the situation, and says what to
 //! do. It holds no map and no filter, and asks no clock.
 //!
-//! **Method.** Following a leg is line-of-sight guidance with an integral term (Børhaug, Pavlov and Pettersen 2008): the
-//! course leads to a point a [`lookahead`](Limits::lookahead_px) ahead on the leg, and the integral of the cross-track
-//! error turns it against wind and against a compass that is wrong. A vehicle that is farther from its leg than
-//! [`off_leg`](Limits::off_leg_px) takes the way from the place it is nearest to. Whoever does not know where it is
-//! flies on slowly: what it sees next may tell.
+//! **Method.** Pure pursuit along the route (Coulter 1992): the course leads to the point of the route that is a
+//! [`lookahead`](Limits::lookahead_px) ahead of where the vehicle is beside it, around corners, too. The heading that is
+//! commanded is that course less the drift angle, by which the vehicle was seen to go aside of its heading: wind is held
+//! against without knowing it. A vehicle that is farther from its leg than [`off_leg`](Limits::off_leg_px) takes the way
+//! from the place it is nearest to. Whoever does not know where it is flies on slowly: what it sees next may tell.
 //!
 //! **Units.** Headings in radians, clockwise from map-up; speeds as a share of the cruising speed.
 
@@ -66,6 +66,8 @@ pub struct Situation {
     pub estimate: Option<Estimate>,
     /// Heading that the autopilot holds by its own compass, in radians.
     pub heading_rad: f32,
+    /// Course over ground less heading, in radians: how far the vehicle goes aside of where it heads.
+    pub drift_rad: f32,
     /// Time since the last step, in seconds.
     pub step_s: f32,
 }
@@ -83,8 +85,6 @@ pub struct Limits {
     pub patience_s: f32,
     /// Speed without knowing where it is, as a share of the cruising speed.
     pub searching_speed: f32,
-    /// Gain of the integral of the cross-track error, per second.
-    pub integral_gain: f32,
 }
 
 /// A mission: its state, and what it remembers.
@@ -93,8 +93,6 @@ pub struct Mission {
     limits: Limits,
     state: State,
     leg: Option<Leg>,
-    /// Integral of the cross-track error, in map pixels.
-    integral_px: f32,
     /// Since the last confident estimate, in seconds.
     unsure_s: f32,
     command: Command,
@@ -111,7 +109,6 @@ impl Limits {
             arrival_px: footprint_px / 4.0,
             patience_s: 5.0,
             searching_speed: 0.4,
-            integral_gain: 0.2,
         }
     }
 }
@@ -124,7 +121,6 @@ impl Mission {
             limits,
             state: State::Boot,
             leg: None,
-            integral_px: 0.0,
             unsure_s: 0.0,
             command: Command {
                 heading_rad: 0.0,
@@ -220,13 +216,15 @@ impl Mission {
                     self.command.heading_rad = situation.heading_rad;
                 }
                 self.leg = None;
-                self.integral_px = 0.0;
                 self.command.speed = self.limits.searching_speed;
             }
             State::Following => {
                 self.choose(estimate.position, map, router);
                 match self.leg {
-                    Some(leg) => self.follow(&leg, estimate, situation.step_s),
+                    Some(leg) => {
+                        let aim = self.aim(&leg, estimate.position, map, router);
+                        self.pursue(&aim, situation, estimate);
+                    }
                     // No way leads to the goal.
                     None => self.command.speed = 0.0,
                 }
@@ -245,13 +243,12 @@ impl Mission {
             let (along, across) = guidance::on_leg(&leg, position);
             if across.abs() > self.limits.off_leg_px {
                 self.leg = None;
-            } else if along >= leg.length_px() - self.limits.lookahead_px / 2.0 {
+            } else if along >= leg.length_px() - self.limits.arrival_px / 2.0 {
                 // The last leg is flown to its end.
                 self.leg = router.next_leg(map, leg.to).or(Some(leg));
             }
         }
         if self.leg.is_none() {
-            self.integral_px = 0.0;
             self.leg = map.nearest(position).and_then(|place| {
                 router.length_px(place)?;
                 let end = map.point(place)?;

@@ -1,15 +1,20 @@
 //! How a vehicle goes on that nobody sees move.
 
-use crate::track::Displacement;
+use crate::{math::heading_of, track::Displacement};
 
 /// Without frames, the belief is moved after this time, in seconds.
 const OVERDUE_S: f32 = 0.5;
+
+/// The drift angle is a mean over about this time, in seconds: longer than the camera swings.
+const DRIFT_TIME_S: f32 = 2.0;
 
 /// The speed of the last displacement, and the time since.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DeadReckoning {
     /// Forward, right (sides per second) and turn (radians per second).
     rates: [f32; 3],
+    /// The same, smoothed over [`DRIFT_TIME_S`].
+    smooth: [f32; 2],
     /// Since the last displacement that was taken, in seconds.
     since_s: f32,
     /// What was seen, and not taken yet.
@@ -51,9 +56,19 @@ impl DeadReckoning {
             let rates = [moved.forward, moved.right, moved.yaw_rad].map(|way| way / self.since_s);
             if rates.iter().all(|rate| rate.is_finite()) {
                 self.rates = rates;
+                let share = (self.since_s / DRIFT_TIME_S).min(1.0);
+                for (smooth, rate) in self.smooth.iter_mut().zip(rates) {
+                    *smooth += share * (rate - *smooth);
+                }
             }
         }
         self.seen = Some(moved);
+    }
+
+    /// Course over ground less heading, in radians.
+    pub fn drift_rad(&self) -> f32 {
+        let [forward, right] = self.smooth;
+        heading_of(right, -forward)
     }
 
     /// How the vehicle moved since the last time: as it was seen to, or on as before.

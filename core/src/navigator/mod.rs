@@ -32,7 +32,7 @@ use crate::{
 use dead_reckoning::DeadReckoning;
 
 /// States of the belief that the reference board has room for, beside all the rest.
-pub const BOARD_STATES: usize = 4096;
+pub const BOARD_STATES: usize = 5120;
 
 /// Places that the reference board has room for.
 pub const BOARD_PLACES: usize = 1024;
@@ -47,14 +47,14 @@ const ASTRAY: f32 = 0.15;
 const ASTRAY_FOR: f32 = 0.1;
 
 /// Probability per frame that the vehicle was carried away unseen.
-const CARRIED_AWAY: f32 = 1e-3;
+const CARRIED_AWAY: f32 = 1e-4;
 
 /// The same for a frame that cannot be related to the one before.
 const CARRIED_AWAY_IF_UNRELATED: f32 = 0.3;
 
 /// Way after which frames are independent of each other, as a share of a view's side, and the least worth of one.
-const INDEPENDENT: f32 = 0.25;
-const LEAST_WORTH: f32 = 0.3;
+const INDEPENDENT: f32 = 0.15;
+const LEAST_WORTH: f32 = 0.1;
 
 /// How wrong a compass is believed to be at most, where landmarks were stored at several headings: 15°.
 const COMPASS_TOLERANCE_RAD: f32 = 15.0_f32.to_radians();
@@ -251,6 +251,7 @@ where
         let situation = Situation {
             estimate,
             heading_rad,
+            drift_rad: self.reckoning.drift_rad(),
             step_s,
         };
         let topology = self.localizer.atlas().topology();

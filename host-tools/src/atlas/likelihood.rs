@@ -2,8 +2,9 @@
 //!
 //! Views are rendered from the map around landmarks, deviated as in flight ([`Deviation::FLIGHT`]), and projected by the
 //! core. Of a sharpness s and a ceiling c, a view's posterior over the landmarks is proportional to
-//! exp(−s·min(δ, c)); those are taken under which the landmarks that the views were drawn around are likeliest, by the
-//! mean of the logarithm.
+//! exp(−s·min(δ, c)), and over places without landmark to exp(−s·c). Those s and c are taken under which the landmarks
+//! that the views were drawn around are likeliest, by the mean of the logarithm; and, with the landmarks left out that
+//! show any of the same ground, places without landmark.
 
 use eigenmark_core::{
     atlas::{Atlas, Likelihood},
@@ -31,10 +32,14 @@ const PER_DECADE: i32 = 8;
 /// The least δ that a ceiling may be, and a sharpness is measured by.
 const LEAST: f32 = 1e-6;
 
-/// A view's dissimilarities: the one from the landmark it was drawn around, and all.
+/// Places without landmark, as a share of the landmarks.
+const NOWHERE: f64 = 0.3;
+
+/// A view's dissimilarities: the one from the landmark it was drawn around, those near it, and those elsewhere.
 struct Draw {
     own: f32,
-    all: Vec<f32>,
+    near: Vec<f32>,
+    elsewhere: Vec<f32>,
 }
 
 /// The likelihood under which views of a map are located best, among all landmarks of an atlas. `None` when no landmark
@@ -49,8 +54,9 @@ pub(super) fn likelihood(map: &Map, atlas: &Atlas<'_>) -> Option<Likelihood> {
     let at = |share: f64| own[((own.len() - 1) as f64 * share).round() as usize];
     let median = at(0.5);
     // What no view of a landmark reaches says that there is none.
-    let ceilings = [0.5, 0.75, 0.9, 0.95, 0.98, 1.0].map(at).into_iter();
+    let ceilings = [0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0].map(at);
     let candidates: Vec<Likelihood> = ceilings
+        .into_iter()
         .flat_map(|ceiling| {
             // Around one over the median: there a likelihood falls by e.
             (-PER_DECADE..=4 * PER_DECADE).map(move |step| Likelihood {
@@ -70,23 +76,30 @@ pub(super) fn likelihood(map: &Map, atlas: &Atlas<'_>) -> Option<Likelihood> {
     best.map(|(_, likelihood)| likelihood)
 }
 
-/// Mean logarithm of the posterior of the right landmarks.
+/// Mean logarithm of the posteriors of the right landmarks, and of none where there is none.
 fn score(draws: &[Draw], likelihood: Likelihood) -> f64 {
     let Likelihood { sharpness, ceiling } = likelihood;
-    let logarithm = |squared: f32| f64::from(-sharpness * squared.min(ceiling));
-    let total: f64 = draws
-        .iter()
-        .map(|draw| {
-            let least = draw.all.iter().copied().fold(f32::MAX, f32::min);
-            let sum: f64 = draw
-                .all
-                .iter()
-                .map(|&squared| (logarithm(squared) - logarithm(least)).exp())
-                .sum();
-            logarithm(draw.own) - logarithm(least) - sum.ln()
-        })
-        .sum();
-    total / draws.len() as f64
+    let (sharpness, ceiling) = (f64::from(sharpness), f64::from(ceiling));
+    let logarithm = |squared: f32| -sharpness * f64::from(squared).min(ceiling);
+    // Of sums, from the largest term on.
+    let sum = |lists: &[&[f32]], nowhere: f64| -> f64 {
+        let squares = || lists.iter().flat_map(|list| list.iter());
+        let largest = squares()
+            .map(|&squared| logarithm(squared))
+            .fold(-sharpness * ceiling, f64::max);
+        let total: f64 = squares()
+            .map(|&squared| (logarithm(squared) - largest).exp())
+            .sum();
+        largest + (total + nowhere * (-sharpness * ceiling - largest).exp()).ln()
+    };
+    let scores = draws.iter().map(|draw| {
+        let (near, elsewhere) = (draw.near.as_slice(), draw.elsewhere.as_slice());
+        let nowhere = NOWHERE * (near.len() + elsewhere.len()) as f64;
+        let here = logarithm(draw.own) - sum(&[near, elsewhere], nowhere);
+        let not_here = nowhere.ln() - sharpness * ceiling - sum(&[elsewhere], nowhere);
+        here + not_here
+    });
+    scores.sum::<f64>() / draws.len() as f64
 }
 
 /// Deviated views of evenly spread landmarks.
@@ -97,7 +110,12 @@ fn draws(map: &Map, atlas: &Atlas<'_>) -> Vec<Draw> {
     let per_landmark = (MAX_VIEWS / count).min(8);
     // Between two landmarks of a dense table, the nearer one is right.
     let footprint = f64::from(atlas.header().footprint_px);
-    let stride = atlas.header().survey.lattices.iter().map(|lattice| lattice.stride_px);
+    let stride = atlas
+        .header()
+        .survey
+        .lattices
+        .iter()
+        .map(|lattice| lattice.stride_px);
     let stride = f64::from(stride.fold(f32::MAX, f32::min));
     let deviation = Deviation {
         shift: Deviation::FLIGHT.shift.min(0.5 * stride / footprint),
@@ -117,11 +135,24 @@ fn draws(map: &Map, atlas: &Atlas<'_>) -> Vec<Draw> {
             reduce(&frame.as_frame(), &mut view);
             let mut coefficients = Coefficients::zeros(atlas.eigenspace().dimensions());
             atlas.eigenspace().project(&view, &mut coefficients)?;
-            let mut all = Vec::with_capacity(records.len());
+            let mut draw = Draw {
+                own: 0.0,
+                near: Vec::new(),
+                elsewhere: Vec::with_capacity(records.len()),
+            };
             let table = atlas.landmarks();
-            table.dissimilarities(&coefficients, |_, squared| all.push(squared));
-            let own = all[landmark];
-            Some(Draw { own, all })
+            table.dissimilarities(&coefficients, |index, squared| {
+                let at = atlas.header().survey.place(records[index as usize].view);
+                if index as usize == landmark {
+                    draw.own = squared;
+                }
+                if at.is_some_and(|at| f64::from(at.distance_px(center)) < footprint) {
+                    draw.near.push(squared);
+                } else {
+                    draw.elsewhere.push(squared);
+                }
+            });
+            Some(draw)
         })
         .collect()
 }

@@ -1,9 +1,6 @@
 //! Which landmarks make places.
 
-use eigenmark_core::{
-    atlas::Atlas,
-    landmark::Point,
-};
+use eigenmark_core::{atlas::Atlas, landmark::Point};
 
 use super::ROOM;
 use crate::{
@@ -57,10 +54,36 @@ pub(super) fn of_landmarks(atlas: &Atlas<'_>) -> Vec<Point> {
     spaced.map(|(_, at)| at).take(ROOM.0).collect()
 }
 
+/// Whether a point is far enough inside a dense table that a vehicle can turn there without flying off it; elsewhere
+/// everything is.
+fn inside(atlas: &Atlas<'_>, margin_px: f32) -> impl Fn(Point) -> bool {
+    let dense = match atlas.header().survey.lattices.as_slice() {
+        [lattice] if atlas.landmarks().is_whole() && lattice.stride_px <= margin_px => {
+            Some(*lattice)
+        }
+        _ => None,
+    };
+    move |at| {
+        dense.is_none_or(|lattice| {
+            let (first, last) = (
+                lattice.origin,
+                lattice.point(u32::from(lattice.columns) - 1, u32::from(lattice.rows) - 1),
+            );
+            let is_within = |at: f32, first: f32, last: f32| {
+                // Of a narrow table, the middle.
+                let margin = margin_px.min((last - first) / 2.0);
+                (first + margin..=last - margin).contains(&at)
+            };
+            is_within(at.x_px, first.x_px, last.x_px) && is_within(at.y_px, first.y_px, last.y_px)
+        })
+    }
+}
+
 /// Landmarks (0-based) and where they are, best first, as far as they are far enough from those before. In a table of
 /// whole lattices they are taken row by row, which leaves a regular grid.
 fn spaced(atlas: &Atlas<'_>) -> Vec<(usize, Point)> {
     let spacing = SPACING * atlas.header().footprint_px;
+    let is_inside = inside(atlas, spacing / 2.0);
     // Buckets of that size: whoever is too near is in one of nine.
     let bucket = |at: Point| ((at.x_px / spacing) as i64, (at.y_px / spacing) as i64);
     let mut taken = std::collections::HashMap::<(i64, i64), Vec<Point>>::new();
@@ -69,6 +92,9 @@ fn spaced(atlas: &Atlas<'_>) -> Vec<(usize, Point)> {
         let Some(at) = atlas.header().survey.place(record.view) else {
             continue;
         };
+        if !is_inside(at) {
+            continue;
+        }
         let (column, row) = bucket(at);
         let mut near = (-1..=1)
             .flat_map(|right| (-1..=1).map(move |down| (column + right, row + down)))
