@@ -22,7 +22,24 @@ const RENEW_TURN: f32 = 0.04;
 /// A fit's errors enter the map of anchors with the new ones among them, by this factor; see the module's notes.
 const GROWTH: f32 = 2.5;
 
-/// Visual path integration: 66 KiB of state.
+/// Visual path integration: corners of the ground, and where the vehicle is among them. 66,232 bytes of state.
+///
+/// # Examples
+/// ```
+/// use eigenmark_core::{frame::Frame, track::{Odometry, Placement, see_ground}};
+/// let mut odometry = Box::new(Odometry::new()); // on a board: a static
+/// let mut pixels = [0; 120 * 120];
+/// for frames in 0..3 {
+///     // Four hundredths of a side to the right per frame.
+///     let at = Placement { x: 0.04 * frames as f32, ..Placement::ORIGIN };
+///     see_ground(&at, 120, &mut pixels);
+///     let moved = odometry.advance(&Frame::new(&pixels, 120, 120, 120)?, None);
+///     assert_eq!(moved.is_some(), frames > 0);
+/// }
+/// let found = odometry.placement();
+/// assert!((found.x - 0.08).abs() < 0.001 && found.y.abs() < 0.001);
+/// # Ok::<(), eigenmark_core::frame::FrameError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Odometry {
     frames: Frames,
