@@ -78,7 +78,7 @@ impl Odometry {
 
     /// Takes the vehicle to be at `start`, known to `covariance`, as after a fix. Corners that are tracked stay so.
     ///
-    /// Does nothing and says `false` when a number is not finite, the altitude or a variance not positive or zero.
+    /// Does nothing and says `false` when a number is not finite, the altitude not positive, or a variance negative.
     pub fn restart(&mut self, start: Placement, covariance: &Covariance) -> bool {
         if !start.is_valid() || !is_covariance(covariance) {
             return false;
@@ -155,6 +155,9 @@ impl Odometry {
         };
         pose.shift[0] += x;
         pose.shift[1] += y;
+        if !Placement::of(&pose).is_valid() {
+            return false;
+        }
         let growth = forward_right_to_plane(&d.covariance, self.heading());
         self.move_to(pose);
         let propagation = propagation([x, y]);
@@ -206,7 +209,6 @@ impl Odometry {
             return false;
         }
         let gain = column / total;
-        self.common -= gain * column.transpose();
         let by = gain * innovation;
         let placement = self.placement();
         let corrected = Placement {
@@ -218,6 +220,7 @@ impl Odometry {
         if !corrected.is_valid() {
             return false;
         }
+        self.common -= gain * column.transpose();
         self.move_to(corrected.similarity());
         true
     }

@@ -376,6 +376,19 @@ fn nonsense_is_refused() {
             ..still()
         }));
     }
+    let far = Placement {
+        x: f32::MAX,
+        ..Placement::ORIGIN
+    };
+    assert!(odometry.restart(far, &Covariance::zeros()));
+    assert!(
+        !odometry.skip(&Displacement {
+            right: f32::MAX,
+            ..still()
+        }),
+        "beyond all numbers"
+    );
+    assert!(odometry.restart(before.placement(), &before.covariance()));
     assert_eq!(odometry.placement(), before.placement());
     assert_eq!(odometry.covariance(), before.covariance());
 }
