@@ -199,3 +199,91 @@ fn smaller_eigenvalue([xx, xy, yy]: Tensor, limit: f32) -> Option<f32> {
     let eigenvalue = 0.5 * (sum - sqrt(difference * difference + 4.0 * xy * xy));
     (eigenvalue > limit).then_some(eigenvalue)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::track::see_ground;
+    use std::vec::Vec;
+
+    const SIDE_PX: u16 = 100;
+
+    fn ground() -> Vec<u8> {
+        let mut pixels = std::vec![0; usize::from(SIDE_PX).pow(2)];
+        see_ground(&crate::track::Placement::ORIGIN, SIDE_PX, &mut pixels);
+        pixels
+    }
+
+    fn level(pixels: &[u8], side: u16) -> Level<'_> {
+        Level {
+            pixels,
+            stride: side.into(),
+            side,
+        }
+    }
+
+    /// The smaller eigenvalue over the 6×6 pixels around a position of the level, literally.
+    fn literal(level: &Level<'_>, x: usize, y: usize) -> f64 {
+        let at = |x: usize, y: usize| f64::from(level.row(y)[x]);
+        let mut tensor = nalgebra::Matrix2::zeros();
+        for row in y - 3..y + 3 {
+            for column in x - 3..x + 3 {
+                let slope = nalgebra::Vector2::new(
+                    at(column + 1, row) - at(column - 1, row),
+                    at(column, row + 1) - at(column, row - 1),
+                );
+                tensor += slope * slope.transpose();
+            }
+        }
+        tensor.symmetric_eigenvalues().min()
+    }
+
+    #[test]
+    fn candidates_have_the_eigenvalues_of_their_windows_and_are_the_best_around() {
+        let pixels = ground();
+        let half = level(&pixels, SIDE_PX);
+        let mut candidates = Candidates::none();
+        // As if of a frame twice as large.
+        candidates.find(&level(&pixels, 2 * SIDE_PX), &half);
+        let mut count = 0;
+        for corner in candidates
+            .corners
+            .iter()
+            .filter(|corner| corner.eigenvalue > 0.0)
+        {
+            let [x, y] = corner.at_px.map(|at| (at / 2.0) as usize);
+            let expected = literal(&half, x, y);
+            let error = (f64::from(corner.eigenvalue) - expected).abs() / expected;
+            assert!(error < 1e-4, "{corner:?} {expected}");
+            count += 1;
+        }
+        assert!(count > 100, "{count}");
+        let best = candidates
+            .best(&[false; MAX_BLOCKS * MAX_BLOCKS])
+            .expect("some");
+        let everywhere = (4..SIDE_PX as usize - 4).step_by(2);
+        let all = everywhere
+            .clone()
+            .flat_map(|y| everywhere.clone().map(move |x| (x, y)));
+        let greatest = all.map(|(x, y)| literal(&half, x, y)).fold(0.0, f64::max);
+        assert!((f64::from(best.eigenvalue) - greatest).abs() < 1e-4 * greatest);
+    }
+
+    #[test]
+    fn corners_are_apart_and_where_they_are_allowed() {
+        let pixels = ground();
+        let mut candidates = Candidates::none();
+        candidates.find(&level(&pixels, 2 * SIDE_PX), &level(&pixels, SIDE_PX));
+        let corners = candidates.spread(&[], MAX_TRACKS, |[x, _]| x > 50.0);
+        assert_eq!(corners.len(), MAX_TRACKS);
+        for (index, corner) in corners.iter().enumerate() {
+            assert!(corner.at_px[0] > 50.0);
+            for other in &corners[..index] {
+                let apart = distance_squared(corner.at_px, other.at_px).sqrt();
+                assert!(apart >= 200.0 / 14.0, "{apart}");
+            }
+        }
+        assert!(candidates.spread(&[], MAX_TRACKS, |_| false).is_empty());
+        assert_eq!(candidates.spread(&[], 3, |_| true).len(), 3);
+    }
+}

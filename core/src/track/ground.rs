@@ -5,8 +5,7 @@
 //! and field of view as in [`Pose`](crate::preprocess::Pose).
 //!
 //! **Accuracy.** Sines and cosines of the tilt are those of `micromath`, 0.0011 off at most: as if the vehicle were
-//! tilted by 0.06° more or less, which is far below what an autopilot knows, and harmless for the same reason, see
-//! [`odometry`](super::odometry). The field of view would be a lasting error of scale, so its tangent comes from `libm`.
+//! tilted by 0.06° more or less, which is far below what an autopilot knows, and harmless for the same reason, see the notes on tilt in [`track`](super). The field of view would be a lasting error of scale, so its tangent comes from `libm`.
 
 use micromath::F32Ext;
 
@@ -103,4 +102,53 @@ impl Ground {
 /// Not as methods: those of the standard library would take their place where it is linked.
 fn sin_cos(angle: f32) -> [f32; 2] {
     [F32Ext::sin(angle), F32Ext::cos(angle)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preprocess::Pose;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_levelled_is_projected_back(
+            roll in -0.5_f32..0.5, pitch in -0.5_f32..0.5, view in 0.3_f32..1.5,
+            at_px in prop::array::uniform2(0.0_f32..200.0), square_px in 200_u16..240,
+        ) {
+            let pose = Pose::NOMINAL.tilted(roll, pitch, view).expect("in range");
+            let ground = Ground::new(square_px, 200, pose.tilt());
+            if let Some(below) = ground.level(at_px) {
+                // Those of micromath are not quite a rotation: 0.1 % of the frame.
+                let back = ground.project(below).expect("seen");
+                let off = (back[0] - at_px[0]).hypot(back[1] - at_px[1]);
+                prop_assert!(off < 0.005 * 200.0, "{off} pixels");
+            }
+        }
+    }
+
+    #[test]
+    fn sines_and_cosines_err_by_a_thousandth() {
+        let largest = (-600..=600)
+            .map(|step| {
+                let angle = step as f32 / 600.0 * crate::preprocess::MAX_TILT_RAD;
+                let [sin, cos] = sin_cos(angle);
+                let (exact_sin, exact_cos) = libm::sincosf(angle);
+                (sin - exact_sin).abs().max((cos - exact_cos).abs())
+            })
+            .fold(0.0, f32::max);
+        assert!(largest < 0.0012, "{largest}");
+    }
+
+    #[test]
+    fn the_middle_of_a_tilted_frame_shows_what_lies_beside() {
+        let fov = 60_f32.to_radians();
+        let pose = Pose::NOMINAL.tilted(0.1, 0.0, fov).expect("in range");
+        let ground = Ground::new(120, 120, pose.tilt());
+        let [right, behind] = ground.level([60.0, 60.0]).expect("seen");
+        // Right side down: the camera looks left, by the tangent of the roll, in sides of 2·tan 30° altitudes.
+        let expected = -libm::tanf(0.1) / (2.0 * libm::tanf(fov / 2.0));
+        assert!((right - expected).abs() < 0.0015, "{right} {expected}");
+        assert!(behind.abs() < 0.0015);
+    }
 }

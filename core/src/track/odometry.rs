@@ -22,7 +22,24 @@ const RENEW_TURN: f32 = 0.04;
 /// A fit's errors enter the map of anchors with the new ones among them, by this factor; see the module's notes.
 const GROWTH: f32 = 2.5;
 
-/// Visual path integration: 66 KiB of state.
+/// Visual path integration: corners of the ground, and where the vehicle is among them. 66,232 bytes of state.
+///
+/// # Examples
+/// ```
+/// use eigenmark_core::{frame::Frame, track::{Odometry, Placement, see_ground}};
+/// let mut odometry = Box::new(Odometry::new()); // on a board: a static
+/// let mut pixels = [0; 120 * 120];
+/// for frames in 0..3 {
+///     // Four hundredths of a side to the right per frame.
+///     let at = Placement { x: 0.04 * frames as f32, ..Placement::ORIGIN };
+///     see_ground(&at, 120, &mut pixels);
+///     let moved = odometry.advance(&Frame::new(&pixels, 120, 120, 120)?, None);
+///     assert_eq!(moved.is_some(), frames > 0);
+/// }
+/// let found = odometry.placement();
+/// assert!((found.x - 0.08).abs() < 0.001 && found.y.abs() < 0.001);
+/// # Ok::<(), eigenmark_core::frame::FrameError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Odometry {
     frames: Frames,
@@ -61,7 +78,7 @@ impl Odometry {
 
     /// Takes the vehicle to be at `start`, known to `covariance`, as after a fix. Corners that are tracked stay so.
     ///
-    /// Does nothing and says `false` when a number is not finite, the altitude or a variance not positive or zero.
+    /// Does nothing and says `false` when a number is not finite, the altitude not positive, or a variance negative.
     pub fn restart(&mut self, start: Placement, covariance: &Covariance) -> bool {
         if !start.is_valid() || !is_covariance(covariance) {
             return false;
@@ -138,6 +155,9 @@ impl Odometry {
         };
         pose.shift[0] += x;
         pose.shift[1] += y;
+        if !Placement::of(&pose).is_valid() {
+            return false;
+        }
         let growth = forward_right_to_plane(&d.covariance, self.heading());
         self.move_to(pose);
         let propagation = propagation([x, y]);
@@ -189,7 +209,6 @@ impl Odometry {
             return false;
         }
         let gain = column / total;
-        self.common -= gain * column.transpose();
         let by = gain * innovation;
         let placement = self.placement();
         let corrected = Placement {
@@ -201,6 +220,7 @@ impl Odometry {
         if !corrected.is_valid() {
             return false;
         }
+        self.common -= gain * column.transpose();
         self.move_to(corrected.similarity());
         true
     }

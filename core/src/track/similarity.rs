@@ -220,3 +220,91 @@ fn fit(pairs: &[Pair], takes_part: impl Fn(&Pair) -> bool, floor: f32) -> Option
         spread,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    /// Errors of rounding, for positions within ±1.
+    const ROUNDING: f32 = 1e-5;
+
+    fn pair(from: [f32; 2], by: &Similarity) -> Pair {
+        Pair {
+            from,
+            to: by.apply(from),
+        }
+    }
+
+    fn any_similarity() -> impl Strategy<Value = Similarity> {
+        let shift = prop::array::uniform2(-1.0_f32..1.0);
+        (-3.0_f32..3.0, 0.5_f32..2.0, shift).prop_map(|(angle, scale, shift)| Similarity {
+            turn: [scale * angle.cos(), scale * angle.sin()],
+            shift,
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn eight_of_twenty_may_be_anywhere(
+            similarity in any_similarity(),
+            points in prop::collection::vec(prop::array::uniform2(-0.5_f32..0.5), 20),
+            wrong in prop::collection::vec(prop::array::uniform2(-2.0_f32..2.0), 8),
+            rotate in 0_usize..20,
+        ) {
+            let mut pairs: Vec<Pair> = points.iter().map(|&from| pair(from, &similarity)).collect();
+            for (pair, to) in pairs.iter_mut().zip(wrong) {
+                pair.to = to;
+            }
+            pairs.rotate_left(rotate);
+            let found = agree(&pairs, 0.02, 1e-4, 0.1).expect("twelve agree");
+            prop_assert!(found.inliers.count_ones() >= 12);
+            for from in [[0.0, 0.0], [0.5, -0.5]] {
+                let (a, b) = (found.similarity.apply(from), similarity.apply(from));
+                // A wrong pair may be right by chance, nearly: within the last gate.
+                prop_assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 2e-3, "{a:?} {b:?}");
+            }
+        }
+
+        #[test]
+        fn an_inverse_leads_back(similarity in any_similarity(), at in prop::array::uniform2(-1.0_f32..1.0)) {
+            let back = similarity.inverse();
+            for round in [back.after(&similarity).apply(at), back.apply(similarity.apply(at))] {
+                prop_assert!((round[0] - at[0]).hypot(round[1] - at[1]) < ROUNDING, "{round:?}");
+            }
+        }
+
+        #[test]
+        fn any_pairs_give_finite_numbers_or_none(
+            pairs in prop::collection::vec((prop::array::uniform2(any::<f32>()), prop::array::uniform2(-1.0_f32..1.0)), 0..24),
+        ) {
+            let pairs: Vec<Pair> = pairs.into_iter().map(|(to, from)| Pair { from, to }).collect();
+            if let Some(found) = agree(&pairs, 0.02, 1e-4, 0.1) {
+                prop_assert!(found.inliers.count_ones() >= 3);
+            }
+        }
+    }
+
+    #[test]
+    fn the_fit_is_that_of_least_squares() {
+        // Four corners of a square, of which two opposite ones are pulled outward: that is a larger scale.
+        let moved = [
+            ([1.0, 1.0], 1.1),
+            ([-1.0, 1.0], 1.0),
+            ([-1.0, -1.0], 1.1),
+            ([1.0, -1.0], 1.0),
+        ];
+        let pairs = moved.map(|(from, by): ([f32; 2], f32)| Pair {
+            from,
+            to: from.map(|at| at * by),
+        });
+        let found = agree(&pairs, 1.0, 0.0, 0.1).expect("agree");
+        assert_eq!(found.inliers, 0b1111);
+        let [c, s] = found.similarity.turn;
+        assert!((c - 1.05).abs() < ROUNDING && s.abs() < ROUNDING);
+        // Residuals are 0.05·√2 long, and four of eight coordinates are fit.
+        assert!((found.variance - 4.0 * 0.005 / 4.0).abs() < ROUNDING);
+        assert!((found.spread - 8.0).abs() < ROUNDING);
+    }
+}

@@ -84,6 +84,33 @@ fn turns_and_climbs_are_measured() {
 }
 
 #[test]
+fn large_steps_are_found_without_a_guess() {
+    let start = Sight::new(200);
+    // Sixteen pixels, eight degrees, eight percent of altitude.
+    let steps: [fn(Sight) -> Sight; 3] = [
+        |sight| Sight {
+            place: [0.064, -0.048],
+            ..sight
+        },
+        |sight| Sight {
+            heading_rad: 8_f64.to_radians(),
+            ..sight
+        },
+        |sight| Sight {
+            altitude_ratio: 1.08,
+            ..sight
+        },
+    ];
+    for step in steps {
+        let mut odometry = new();
+        start.show(&mut odometry);
+        let there = step(start);
+        there.show(&mut odometry).expect("overlaps");
+        assert_close(errors(&odometry, &there), 5.0);
+    }
+}
+
+#[test]
 fn light_and_contrast_do_no_harm() {
     let plain = Sight::new(120);
     let lights: [fn(Sight) -> Sight; 4] = [
@@ -349,6 +376,19 @@ fn nonsense_is_refused() {
             ..still()
         }));
     }
+    let far = Placement {
+        x: f32::MAX,
+        ..Placement::ORIGIN
+    };
+    assert!(odometry.restart(far, &Covariance::zeros()));
+    assert!(
+        !odometry.skip(&Displacement {
+            right: f32::MAX,
+            ..still()
+        }),
+        "beyond all numbers"
+    );
+    assert!(odometry.restart(before.placement(), &before.covariance()));
     assert_eq!(odometry.placement(), before.placement());
     assert_eq!(odometry.covariance(), before.covariance());
 }
