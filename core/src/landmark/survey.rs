@@ -172,7 +172,7 @@ impl Survey {
         let index = view.checked_sub(1)?;
         let layer = index.checked_div(windows)?;
         let heading = layer.checked_rem(headings)?;
-        let steps = i64::from(steps).checked_rem_euclid(headings.into())? as u32;
+        let steps = steps.checked_rem_euclid(self.headings.into())? as u32;
         let turned = (heading + steps).checked_rem(headings)?;
         let first = index.checked_sub(heading.checked_mul(windows)?)?;
         first

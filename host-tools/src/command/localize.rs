@@ -197,8 +197,7 @@ impl Found {
     fn new(fix: Fix, pose: &Pose) -> Self {
         Self {
             fix,
-            // Rounding may make a whole turn of what is just below.
-            heading: fix.heading_from(pose).to_degrees() % 360.0,
+            heading: thousandths(fix.heading_from(pose).to_degrees()) % 360.0,
             altitude_ratio: fix.altitude_from(pose),
         }
     }
@@ -242,6 +241,11 @@ fn locate(
     let plausible = atlas.landmarks().plausible(atlas.survey(), prior);
     let fix = localizer.locate_among(&frame, pose, plausible);
     Ok((fix, localizer.coverage()))
+}
+
+/// As exact as single precision is about angles.
+fn thousandths(degrees: f32) -> f32 {
+    (degrees * 1000.0).round() / 1000.0
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
