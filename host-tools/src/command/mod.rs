@@ -12,6 +12,7 @@ mod poses;
 mod route;
 mod segment;
 mod settings;
+mod simulate;
 mod train;
 
 use std::{
@@ -56,6 +57,7 @@ enum Command {
     Localize(localize::Cmd),
     Inspect(inspect::Cmd),
     Route(route::Cmd),
+    Simulate(simulate::Cmd),
 }
 
 /// Parses the command line and runs it.
@@ -78,6 +80,7 @@ pub fn run() -> ExitCode {
         Command::Localize(cmd) => cmd.run(),
         Command::Inspect(cmd) => cmd.run(),
         Command::Route(cmd) => cmd.run(),
+        Command::Simulate(cmd) => cmd.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -9,6 +9,7 @@
 //! | `sensor` | what the sensor and its link do to frames |
 //! | `instruments` | what an autopilot tells, and how wrong that is |
 //! | `flight` | the loop: sight → pilot → command → vehicle; what is kept of it, and its statistics |
+//! | `plan` | which flights are flown: between places, given or at random |
 //! | `record` | flights written to a directory, read again, shown to any pilot |
 //! | `picture` | a flight over the map as a picture |
 //! | `chance` | random processes, a generator for each cause |
@@ -51,6 +52,7 @@ mod instruments;
 mod legs;
 mod onboard;
 mod picture;
+mod plan;
 mod record;
 mod sensor;
 mod vehicle;
@@ -70,6 +72,7 @@ pub use instruments::{Instruments, Readings};
 pub use legs::{Legs, Waypoint, fly_legs};
 pub use onboard::Onboard;
 pub use picture::FlightPicture;
+pub use plan::{Plan, PlanError, plan_at_random, plan_flights, plan_route};
 pub use record::{Ground, Header, RecordError, Recorder, Recording, fly_recorded};
 pub use sensor::Sensor;
 pub use vehicle::{Blimp, Command, Truth};
