@@ -1,20 +1,23 @@
 //! How a vehicle goes on that nobody sees move.
 
-use crate::{math::heading_of, track::Displacement};
+use crate::{
+    math::heading_of,
+    track::{Covariance, Displacement},
+};
 
 /// Without frames, the belief is moved after this time, in seconds.
 const OVERDUE_S: f32 = 0.5;
 
-/// The drift angle is a mean over about this time, in seconds: longer than the camera swings.
-const DRIFT_TIME_S: f32 = 2.0;
+/// Speeds are means over about this time, in seconds: longer than the camera swings.
+const SMOOTH_S: f32 = 2.0;
 
 /// The speed of the last displacement, and the time since.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DeadReckoning {
-    /// Forward, right (sides per second) and turn (radians per second).
-    rates: [f32; 3],
-    /// The same, smoothed over [`DRIFT_TIME_S`].
+    /// Forward and right, in sides per second: a mean over about [`SMOOTH_S`].
     smooth: [f32; 2],
+    /// Turn, in radians per second.
+    yaw_rate: f32,
     /// Since the last displacement that was taken, in seconds.
     since_s: f32,
     /// What was seen, and not taken yet.
@@ -30,6 +33,26 @@ pub(super) struct Moved {
     pub right: f32,
     /// In radians.
     pub yaw_rad: f32,
+}
+
+/// Variance of a turn that was not seen, in squared radians: 3°.
+const UNSEEN_TURN_RAD2: f32 = 0.05 * 0.05;
+
+impl Moved {
+    /// As a displacement that nobody saw: half of it may be wrong.
+    pub fn unseen(&self) -> Displacement {
+        let way = self.forward * self.forward + self.right * self.right;
+        let variances = [way / 4.0, way / 4.0, UNSEEN_TURN_RAD2, UNSEEN_TURN_RAD2];
+        Displacement {
+            forward: self.forward,
+            right: self.right,
+            yaw_rad: self.yaw_rad,
+            scale: 1.0,
+            covariance: Covariance::from_diagonal(&variances.into()),
+            tracked: 0,
+            inliers: 0,
+        }
+    }
 }
 
 impl DeadReckoning {
@@ -53,13 +76,17 @@ impl DeadReckoning {
             yaw_rad: displacement.yaw_rad,
         };
         if self.since_s > 0.0 {
-            let rates = [moved.forward, moved.right, moved.yaw_rad].map(|way| way / self.since_s);
-            if rates.iter().all(|rate| rate.is_finite()) {
-                self.rates = rates;
-                let share = (self.since_s / DRIFT_TIME_S).min(1.0);
-                for (smooth, rate) in self.smooth.iter_mut().zip(rates) {
-                    *smooth += share * (rate - *smooth);
-                }
+            let share = (self.since_s / SMOOTH_S).min(1.0);
+            for (smooth, way) in self.smooth.iter_mut().zip([moved.forward, moved.right]) {
+                *smooth += share * (way / self.since_s - *smooth);
+            }
+            self.yaw_rate = moved.yaw_rad / self.since_s;
+            // After numbers that are none it begins anew.
+            if !(self.smooth[0].is_finite() && self.smooth[1].is_finite()) {
+                self.smooth = [0.0; 2];
+            }
+            if !self.yaw_rate.is_finite() {
+                self.yaw_rate = 0.0;
             }
         }
         self.seen = Some(moved);
@@ -73,7 +100,8 @@ impl DeadReckoning {
 
     /// How the vehicle moved since the last time: as it was seen to, or on as before.
     pub fn take(&mut self) -> Moved {
-        let [forward, right, yaw_rad] = self.rates.map(|rate| rate * self.since_s);
+        let [forward, right] = self.smooth.map(|rate| rate * self.since_s);
+        let yaw_rad = self.yaw_rate * self.since_s;
         self.since_s = 0.0;
         self.seen.take().unwrap_or(Moved {
             forward,
@@ -86,13 +114,12 @@ impl DeadReckoning {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::track::Covariance;
 
     #[test]
     fn what_is_not_seen_goes_on_at_the_same_rate() {
         let mut reckoning = DeadReckoning::default();
-        reckoning.wait(0.1);
-        reckoning.wait(0.1);
+        reckoning.wait(1.0);
+        reckoning.wait(1.0);
         reckoning.learn(&Displacement {
             forward: 0.04,
             right: -0.02,
@@ -109,9 +136,9 @@ mod tests {
         assert!(reckoning.is_overdue());
         let moved = reckoning.take();
         for (found, expected) in [
-            (moved.forward, 0.1),
-            (moved.right, -0.05),
-            (moved.yaw_rad, 0.25),
+            (moved.forward, 0.01),
+            (moved.right, -0.005),
+            (moved.yaw_rad, 0.025),
         ] {
             assert!((found - expected).abs() < 1e-6);
         }

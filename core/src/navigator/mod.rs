@@ -59,8 +59,11 @@ const LEAST_WORTH: f32 = 0.1;
 /// How wrong a compass is believed to be at most, where landmarks were stored at several headings: 15°.
 const COMPASS_TOLERANCE_RAD: f32 = 15.0_f32.to_radians();
 
-/// Variance of an altimeter, relative: 5 %.
-const ALTIMETER_VARIANCE: f32 = 0.05 * 0.05;
+/// Variances of a compass (6°, in squared radians) and of an altimeter (3 %, relative), and for how long their errors stay
+/// alike, in seconds: of what they say meanwhile, all together counts once.
+const COMPASS_VARIANCE: f32 = 0.1 * 0.1;
+const ALTIMETER_VARIANCE: f32 = 0.03 * 0.03;
+const ALIKE_FOR_S: f32 = 60.0;
 
 /// What the instruments say when a frame is taken; what is missing is `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -204,10 +207,7 @@ where
         self.reckoning.wait(step_s);
         if let Some(frame) = frame {
             displacement = self.memory.odometry.advance(frame, readings.tilt);
-            if let Some(ratio) = readings.altitude_ratio {
-                let variance = ALTIMETER_VARIANCE * ratio * ratio;
-                self.memory.odometry.correct_altitude(ratio, variance);
-            }
+            self.correct(readings, step_s);
             self.has_seen = true;
         }
         let heading_rad = self.heading(readings);
@@ -243,6 +243,19 @@ where
             estimate,
             fix,
             displacement,
+        }
+    }
+
+    /// Path integration learns from the instruments, slowly.
+    fn correct(&mut self, readings: &Readings, step_s: f32) {
+        let times = ALIKE_FOR_S / step_s.clamp(1e-3, ALIKE_FOR_S);
+        let odometry = &mut self.memory.odometry;
+        // What is refused is no number.
+        if let Some(heading) = readings.heading_rad {
+            odometry.correct_heading(heading, COMPASS_VARIANCE * times);
+        }
+        if let Some(ratio) = readings.altitude_ratio {
+            odometry.correct_altitude(ratio, ALTIMETER_VARIANCE * ratio * ratio * times);
         }
     }
 
@@ -312,6 +325,9 @@ where
             // Gone on as before, more or less.
             None if has_frame || self.reckoning.is_overdue() => {
                 let moved = self.reckoning.take();
+                if has_frame {
+                    self.memory.odometry.skip(&moved.unseen());
+                }
                 let way = moved.forward * moved.forward + moved.right * moved.right;
                 (moved, way / 4.0, CARRIED_AWAY_IF_UNRELATED)
             }
