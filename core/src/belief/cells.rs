@@ -23,13 +23,13 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// One cell of one pixel at the origin.
-    pub(super) const SINGLE: Self = Self {
+    /// No cell.
+    pub(super) const NONE: Self = Self {
         origin: super::ORIGIN,
-        side_px: 1.0,
-        columns: 1,
-        rows: 1,
-        headings: 1,
+        side_px: 0.0,
+        columns: 0,
+        rows: 0,
+        headings: 0,
     };
 
     /// The grid for an atlas with as many cells as `capacity` states have room for. Where its landmarks are one whole
@@ -157,7 +157,7 @@ impl Cells {
     pub fn find(&self, point: Point) -> Option<usize> {
         let along = |at: f32, origin: f32, count: u16| {
             let cell = (at - origin) / self.side_px + 0.5;
-            let last = u32::from(count) - 1;
+            let last = u32::from(count).checked_sub(1)?;
             (cell > -1.0 && cell < last as f32 + 2.0).then(|| (cell as u32).min(last) as usize)
         };
         let column = along(point.x_px, self.origin.x_px, self.columns)?;

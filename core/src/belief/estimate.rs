@@ -36,6 +36,7 @@ impl Estimate {
 impl<const STATES: usize> Belief<STATES> {
     /// Where the vehicle most likely is, for views whose footprint has that side.
     #[must_use]
+    #[inline(never)]
     pub fn estimate(&self, footprint_px: f32) -> Estimate {
         let columns = usize::from(self.cells.columns());
         let (layer_len, side) = (self.cells.layer().max(1), self.cells.side_px());

@@ -20,7 +20,7 @@
 //! - *Estimate.* Mean and covariance within one side of a view around the heaviest state; the weight there is the
 //!   confidence.
 //!
-//! **Cost.** Eight bytes per state. An observation streams the landmark table and passes over the states twice.
+//! **Cost.** Six bytes per state. An observation streams the landmark table and passes over the states twice.
 //!
 //! **Limits.** Off the map there are no states: a vehicle that leaves it is believed to be somewhere else.
 
@@ -52,8 +52,8 @@ pub struct Belief<const STATES: usize> {
     cells: Cells,
     /// Probabilities; together one. Layer by layer of a heading, row by row.
     weights: [f32; STATES],
-    /// The least δ of the landmarks in each cell, in the last observation.
-    least: [f32; STATES],
+    /// The least δ of the landmarks in each state, in the last observation, in parts of the ceiling: 1/65,535.
+    least: [u16; STATES],
     /// From the centers of cells to where the vehicle would be, per heading.
     offsets: [Point; MAX_HEADINGS],
     /// Heading of the first layer: within half a step of the headings; of the vehicle when there is one heading.
@@ -67,18 +67,19 @@ pub struct Belief<const STATES: usize> {
 }
 
 impl<const STATES: usize> Belief<STATES> {
-    /// Without a map yet: a single state. See [`begin`](Self::begin).
+    /// Without a map yet, and without states: nothing but zeros, so that a static one needs no copy in flash. See
+    /// [`begin`](Self::begin).
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            cells: Cells::SINGLE,
+            cells: Cells::NONE,
             weights: [0.0; STATES],
-            least: [0.0; STATES],
+            least: [0; STATES],
             offsets: [ORIGIN; MAX_HEADINGS],
             heading_rad: 0.0,
             spread_px2: 0.0,
             spread_rad2: 0.0,
-            way_px: f32::INFINITY,
+            way_px: 0.0,
         }
     }
 
@@ -102,6 +103,7 @@ impl<const STATES: usize> Belief<STATES> {
     }
 
     /// Knows nothing again.
+    #[inline(never)]
     pub fn forget(&mut self) {
         let uniform = self.uniform();
         self.active().fill(uniform);
@@ -123,6 +125,7 @@ impl<const STATES: usize> Belief<STATES> {
 
     /// Makes the weights add up to one again, and spreads `share` of all weight evenly. Knows nothing when there is no
     /// weight left.
+    #[inline(never)]
     fn normalize(&mut self, share: f32) {
         let total: f32 = self.active().iter().sum();
         if !(total > 1e-30 && total < f32::MAX) {

@@ -7,6 +7,9 @@ use crate::{
     math::{exp_of_negative, turn},
 };
 
+/// The ceiling of δ, in its parts.
+const CEILING: u16 = u16::MAX;
+
 /// What a frame is worth as evidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
@@ -19,6 +22,7 @@ pub struct Observation {
 impl<const STATES: usize> Belief<STATES> {
     /// A frame of these coefficients was seen, which [`project`](crate::eigenspace::Eigenspace::project) made of a view
     /// for the atlas this belief was made for.
+    #[inline(never)]
     pub fn observe(
         &mut self,
         atlas: &Atlas<'_>,
@@ -29,8 +33,9 @@ impl<const STATES: usize> Belief<STATES> {
         let (cells, layer) = (self.cells, self.cells.layer());
         let states = cells.states();
         let least = self.least.get_mut(..states).unwrap_or_default();
-        least.fill(likelihood.ceiling);
-        let mut nearest = likelihood.ceiling;
+        least.fill(CEILING);
+        let mut nearest = CEILING;
+        let parts = f32::from(CEILING) / likelihood.ceiling;
         let landmarks = atlas.landmarks();
         let (survey, records) = (&atlas.header().survey, landmarks.records());
         let offsets = &self.offsets;
@@ -52,16 +57,20 @@ impl<const STATES: usize> Belief<STATES> {
             at.y_px -= offset.y_px;
             let state = cells.find(at).map(|cell| heading * layer + cell);
             if let Some(least) = state.and_then(|state| least.get_mut(state)) {
-                *least = least.min(squared);
+                let squared = (squared * parts) as u16;
+                *least = squared.min(*least);
                 nearest = nearest.min(squared);
             }
         });
-        let worth = (self.way_px / observation.independent_px).clamp(observation.least_worth, 1.0);
+        let worth = (self.way_px / observation.independent_px)
+            .min(1.0)
+            .max(observation.least_worth);
         self.way_px = 0.0;
-        let sharpness = likelihood.sharpness * worth;
+        let sharpness = likelihood.sharpness * worth / parts;
         let states = self.weights.iter_mut().zip(&self.least).take(states);
         for (weight, &squared) in states {
-            *weight *= exp_of_negative(sharpness * (nearest - squared));
+            let farther = squared.saturating_sub(nearest);
+            *weight *= exp_of_negative(-sharpness * f32::from(farther));
         }
         self.normalize(0.0);
     }

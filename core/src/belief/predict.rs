@@ -31,6 +31,7 @@ const ELSEWHERE: f32 = 0.1;
 impl<const STATES: usize> Belief<STATES> {
     /// The vehicle moved. With one heading, `heading_rad` is the vehicle's as its compass has it, halfway; with several
     /// it is not used, each of them turns by itself.
+    #[inline(never)]
     pub fn predict(&mut self, motion: &Motion, heading_rad: f32) {
         let numbers = [
             motion.forward_px,
@@ -101,13 +102,12 @@ impl<const STATES: usize> Belief<STATES> {
             return;
         }
         self.heading_rad -= f32::from(steps) * step;
-        let headings = i32::from(self.cells.headings());
-        let turns = i32::from(steps).rem_euclid(headings) as usize;
-        let cells = self.cells.layer();
-        self.active().rotate_right(turns * cells);
-        if let Some(offsets) = self.offsets.get_mut(..headings as usize) {
-            offsets.rotate_right(turns);
-        }
+        let headings = self.cells.headings();
+        let turns = i32::from(steps).checked_rem_euclid(headings.into());
+        let (turns, cells) = (turns.unwrap_or(0) as usize, self.cells.layer());
+        rotate(self.active(), turns * cells);
+        let offsets = self.offsets.get_mut(..headings.into());
+        rotate(offsets.unwrap_or_default(), turns);
     }
 
     /// Spreads the weights by what the displacements left uncertain.
@@ -125,10 +125,11 @@ impl<const STATES: usize> Belief<STATES> {
                 let a = (rest / 2.0).min(1.0 / 3.0);
                 for layer in self.active().chunks_exact_mut(len.max(1)) {
                     for row in layer.chunks_exact_mut(columns.max(1)) {
-                        blur(row, 1, a);
+                        blur(row, 1, a, false);
                     }
                     for column in 0..columns {
-                        blur(layer.get_mut(column..).unwrap_or_default(), columns, a);
+                        let below = layer.get_mut(column..).unwrap_or_default();
+                        blur(below, columns, a, false);
                     }
                 }
                 rest -= 2.0 * a;
@@ -142,13 +143,22 @@ impl<const STATES: usize> Belief<STATES> {
             self.spread_rad2 = 0.0;
             let a = (share / 2.0).min(1.0 / 3.0);
             for cell in 0..len {
-                ring(self.active().get_mut(cell..).unwrap_or_default(), len, a);
+                let turned = self.active().get_mut(cell..).unwrap_or_default();
+                blur(turned, len, a, true);
             }
         }
     }
 }
 
+/// Moves items on by `by`, those at the end to the beginning.
+fn rotate<T>(items: &mut [T], by: usize) {
+    if by <= items.len() {
+        items.rotate_right(by);
+    }
+}
+
 /// Moves a grid's weights to the right and down by whole cells; what leaves it is lost, what comes in is zero.
+#[inline(never)]
 fn shift(weights: &mut [f32], columns: usize, right: i32, down: i32) {
     let rows = weights.len() / columns.max(1);
     let (right_by, down_by) = (right.unsigned_abs() as usize, down.unsigned_abs() as usize);
@@ -181,33 +191,30 @@ fn shift(weights: &mut [f32], columns: usize, right: i32, down: i32) {
     }
 }
 
-/// Convolves every `stride`th number from the first with (a, 1 − 2a, a); what would leave at the ends stays.
-fn blur(numbers: &mut [f32], stride: usize, a: f32) {
-    let mut before = numbers.first().copied().unwrap_or(0.0);
-    let mut iterator = numbers.iter_mut().step_by(stride).peekable();
-    while let Some(number) = iterator.next() {
-        let here = *number;
-        let after = iterator.peek().map_or(here, |after| **after);
-        *number = here + a * (before - here + (after - here));
-        before = here;
+/// Convolves every `stride`th number from the first with (a, 1 − 2a, a). What would leave at an end stays there, or comes
+/// in at the other one when the numbers are around a circle.
+#[inline(never)]
+fn blur(numbers: &mut [f32], stride: usize, a: f32, is_circle: bool) {
+    let stride = stride.max(1);
+    let Some(&first) = numbers.first() else {
+        return;
+    };
+    let last = numbers.get((numbers.len() - 1) / stride * stride);
+    let (mut before, mut here) = match last {
+        Some(&last) if is_circle => (last, first),
+        _ => (first, first),
+    };
+    let mut at = 0;
+    while let Some(&after) = numbers.get(at + stride) {
+        if let Some(number) = numbers.get_mut(at) {
+            *number = here + a * (before - here + (after - here));
+        }
+        (before, here) = (here, after);
+        at += stride;
     }
-}
-
-/// The same around a circle.
-fn ring(numbers: &mut [f32], stride: usize, a: f32) {
-    let first = numbers.first().copied().unwrap_or(0.0);
-    let mut before = numbers
-        .iter()
-        .step_by(stride)
-        .last()
-        .copied()
-        .unwrap_or(0.0);
-    let mut iterator = numbers.iter_mut().step_by(stride).peekable();
-    while let Some(number) = iterator.next() {
-        let here = *number;
-        let after = iterator.peek().map_or(first, |after| **after);
+    if let Some(number) = numbers.get_mut(at) {
+        let after = if is_circle { first } else { here };
         *number = here + a * (before - here + (after - here));
-        before = here;
     }
 }
 

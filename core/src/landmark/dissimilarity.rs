@@ -25,7 +25,7 @@ impl LandmarkTable<'_> {
         let measure = Measure::new(self.metric, squared_norm, self.step);
         let mut dots = Dots::new();
         let mut landmark = 0;
-        let batches = self.coefficients.chunks(BATCH * self.row_len.max(1));
+        let batches = self.coefficients.chunks((BATCH * self.row_len).max(1));
         for (rows, norms) in batches.zip(self.squared_norms.chunks(BATCH)) {
             let dots = dots.of(self.width, view, rows, norms.len());
             for (&dot, &norm) in dots.iter().zip(norms) {

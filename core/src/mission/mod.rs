@@ -163,6 +163,7 @@ impl Mission {
 
     /// The mission after one more step, to the goal of `router`.
     #[must_use]
+    #[inline(never)]
     pub fn step<const PLACES: usize>(
         &self,
         situation: &Situation,

@@ -35,7 +35,7 @@ use dead_reckoning::DeadReckoning;
 pub const BOARD_STATES: usize = 5120;
 
 /// Places that the reference board has room for.
-pub const BOARD_PLACES: usize = 1024;
+pub const BOARD_PLACES: usize = 512;
 
 /// Goals that can be given at once.
 pub const MAX_GOALS: usize = 32;
@@ -76,7 +76,7 @@ pub struct Readings {
     pub altitude_ratio: Option<f32>,
 }
 
-/// What a navigator has room for: `STATES` of the belief (8 bytes each), `PLACES` of the topological map (8 bytes each),
+/// What a navigator has room for: `STATES` of the belief (6 bytes each), `PLACES` of the topological map (8 bytes each),
 /// and 66 KiB of path integration.
 #[derive(Clone, Debug)]
 pub struct Memory<const STATES: usize, const PLACES: usize> {
@@ -114,7 +114,7 @@ pub struct Guidance {
 }
 
 impl<const STATES: usize, const PLACES: usize> Memory<STATES, PLACES> {
-    /// Nothing yet.
+    /// Nothing yet: all zeros, so that a static one needs no copy in flash.
     #[must_use]
     pub const fn new() -> Self {
         Self {

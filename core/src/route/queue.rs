@@ -1,8 +1,8 @@
 //! The places that a search has reached and not yet left, nearest first: a binary heap that knows where each place is,
 //! so that a place which a shorter way was found to moves up.
 
-/// Not in the queue.
-const ABSENT: u16 = u16::MAX;
+/// Not in the queue. An empty queue is nothing but zeros, and a static one needs no copy in flash.
+const ABSENT: u16 = 0;
 
 /// At most `N` places, below 65,535, with the lengths of their ways kept by the caller.
 #[derive(Clone, Debug)]
@@ -10,7 +10,7 @@ pub(super) struct Queue<const N: usize> {
     /// The heap.
     places: [u16; N],
     len: u16,
-    /// Where in the heap each place is.
+    /// Where in the heap each place is, counted from one.
     slots: [u16; N],
 }
 
@@ -35,7 +35,7 @@ impl<const N: usize> Queue<N> {
                 self.len += 1;
                 self.len - 1
             }
-            Some(&slot) if slot != ABSENT => slot,
+            Some(&slot) if slot != ABSENT => slot - 1,
             _ => return,
         };
         self.sift_up(place, slot, lengths);
@@ -97,7 +97,7 @@ impl<const N: usize> Queue<N> {
         if let Some(target) = self.places.get_mut(usize::from(slot)) {
             *target = place;
         }
-        self.note(place, slot);
+        self.note(place, slot + 1);
     }
 
     fn note(&mut self, place: u16, slot: u16) {

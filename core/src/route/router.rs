@@ -22,7 +22,7 @@ use super::{Leg, TopologicalMap, queue::Queue};
 #[derive(Clone, Debug)]
 pub struct Router<const PLACES: usize> {
     goal: Option<u16>,
-    /// Length of the shortest way to the goal; infinite where there is none.
+    /// Length of the shortest way to the goal, if there is one; infinite where there is none.
     lengths: [f32; PLACES],
     queue: Queue<PLACES>,
 }
@@ -53,7 +53,7 @@ impl<const PLACES: usize> Router<PLACES> {
     pub const fn new() -> Self {
         Self {
             goal: None,
-            lengths: [f32::INFINITY; PLACES],
+            lengths: [0.0; PLACES],
             queue: Queue::new(),
         }
     }
@@ -62,10 +62,9 @@ impl<const PLACES: usize> Router<PLACES> {
     ///
     /// # Errors
     /// When there is no such place, or no room for so many; there is no goal then.
+    #[inline(never)]
     pub fn plan(&mut self, map: &TopologicalMap<'_>, goal: u16) -> Result<(), RouteError> {
         self.goal = None;
-        self.lengths.fill(f32::INFINITY);
-        self.queue.clear();
         let places = map.len() as u32;
         if map.len() > PLACES {
             let room = PLACES as u32;
@@ -75,6 +74,9 @@ impl<const PLACES: usize> Router<PLACES> {
             let place = goal;
             return Err(RouteError::NoSuchPlace { place, places });
         }
+        self.goal = Some(goal);
+        self.lengths.fill(f32::INFINITY);
+        self.queue.clear();
         self.shorten(goal, 0.0);
         while let Some(place) = self.queue.pop(&self.lengths) {
             // Every leg can be flown both ways.
@@ -83,7 +85,6 @@ impl<const PLACES: usize> Router<PLACES> {
                 self.shorten(leg.to, length + leg.length_px());
             }
         }
-        self.goal = Some(goal);
         Ok(())
     }
 
@@ -96,12 +97,14 @@ impl<const PLACES: usize> Router<PLACES> {
     /// How far the goal is from a place (0-based) along legs, in map pixels; `None` when no way leads there.
     #[must_use]
     pub fn length_px(&self, place: u16) -> Option<f32> {
+        self.goal?;
         let length = *self.lengths.get(usize::from(place))?;
         length.is_finite().then_some(length)
     }
 
     /// The leg of a place over which the goal is nearest; `None` at the goal, and when no way leads there.
     #[must_use]
+    #[inline(never)]
     pub fn next_leg(&self, map: &TopologicalMap<'_>, place: u16) -> Option<Leg> {
         let goal = self.goal?;
         if place == goal {

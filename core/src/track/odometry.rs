@@ -94,6 +94,7 @@ impl Odometry {
     /// `None` when it cannot be related to the one before: it is the first, of another size, flat, torn, or shows
     /// somewhere else. The placement stays, the frame is what the next is related to, and the caller may
     /// [`skip`](Self::skip) what is known of the displacement otherwise.
+    #[inline(never)]
     pub fn advance(&mut self, frame: &Frame<'_>, tilt: Option<Tilt>) -> Option<Displacement> {
         let base = Level::of(frame);
         let square_px = frame.square_side();

@@ -1,8 +1,8 @@
 //! Links only when nothing that flies can panic: its panic handler calls a function that does not exist.
 //!
 //! It is built, not run. Everything that stands between untrusted bytes and a fix is called with input that the
-//! compiler cannot see through: an atlas is parsed, frames come as pixels, over the link, are reduced to views and tracked. Where
-//! the optimizer leaves one check that can fail in any of that, the handler is linked and the linker reports that
+//! compiler cannot see through: an atlas is parsed, frames come as pixels, over the link, are reduced to views and tracked,
+//! belief, route and mission make commands of them. Where the optimizer leaves one check that can fail in any of that, the handler is linked and the linker reports that
 //! `a_panic_path_is_linked` is undefined.
 //!
 //! To find the culprit, link all the same, and ask for the calls of the panicking functions and their inlined callers
@@ -29,7 +29,9 @@ use eigenmark_core::{
     landmark::{Circle, Point, Prior, Sector},
     link::{MAX_REPLY_LEN, Receiver, Reply, Responder},
     localizer::Localizer,
+    navigator::{BOARD_PLACES, BOARD_STATES, Memory, Navigator, Readings},
     preprocess::{Pose, PoseError, View},
+    route::Router,
     track::{Covariance, Displacement, Odometry, Placement},
 };
 use static_cell::ConstStaticCell;
@@ -37,6 +39,8 @@ use static_cell::ConstStaticCell;
 use stm32f4 as _;
 
 static RESPONDER: ConstStaticCell<Responder> = ConstStaticCell::new(Responder::new());
+
+type BoardMemory = Memory<BOARD_STATES, BOARD_PLACES>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -47,6 +51,11 @@ fn main() -> ! {
     }
     if let Some(odometry) = black_box(None) {
         integrate(odometry);
+    }
+    if let Some(memory) = black_box(None)
+        && let Ok(atlas) = Atlas::parse(opaque())
+    {
+        navigate(Navigator::new(atlas, memory), black_box(&Router::new()));
     }
     let mut host = Receiver::<MAX_REPLY_LEN>::new();
     loop {
@@ -127,6 +136,26 @@ fn integrate(odometry: &mut Odometry) {
             odometry.covariance(),
             odometry.tracks(),
         ));
+    }
+}
+
+/// Belief, route and mission among it.
+fn navigate(
+    mut navigator: Navigator<'_, &mut BoardMemory, BOARD_STATES, BOARD_PLACES>,
+    router: &Router<BOARD_PLACES>,
+) {
+    while black_box(true) {
+        black_box(navigator.go(black_box(&[])).is_ok());
+        let frame = Frame::new(opaque(), black_box(0), black_box(0), black_box(0));
+        let readings = Readings {
+            heading_rad: black_box(None),
+            tilt: pose().ok().and_then(|pose| pose.tilt()),
+            altitude_ratio: black_box(None),
+        };
+        black_box(navigator.advance(frame.ok().as_ref(), &readings, black_box(0.0)));
+        black_box((navigator.goals_left(), navigator.belief().weights()));
+        let map = navigator.atlas().topology();
+        black_box(router.route(map, black_box(0)).count());
     }
 }
 
