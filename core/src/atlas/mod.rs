@@ -128,4 +128,6 @@ pub fn checksum(atlas: &[u8]) -> u32 {
 }
 
 #[cfg(test)]
+pub(crate) mod sample;
+#[cfg(test)]
 mod tests;

@@ -7,7 +7,7 @@ use crate::{
     math::sqrt,
 };
 
-/// Cells per row or column, at most.
+/// Cells, at most.
 const MAX_COUNT: u32 = u16::MAX as u32;
 
 /// A regular grid of square cells over a map, once per heading.
@@ -33,11 +33,15 @@ impl Cells {
     };
 
     /// The grid for an atlas with as many cells as `capacity` states have room for. Where its landmarks are one whole
-    /// lattice, a cell is centered on every landmark, or on every second, third, … one.
+    /// lattice, a cell is centered on every landmark, or on every second, third, … one. Where there is no room for all
+    /// headings, there is one.
     pub(super) fn of(atlas: &Atlas<'_>, capacity: usize) -> Self {
         let survey = &atlas.header().survey;
-        let headings = survey.headings.max(1);
-        let room = (capacity / usize::from(headings)).max(1) as u32;
+        let headings = Some(survey.headings.max(1))
+            .filter(|&headings| usize::from(headings) <= capacity)
+            .unwrap_or(1);
+        let room = u32::try_from(capacity / usize::from(headings)).unwrap_or(u32::MAX);
+        let room = room.clamp(1, MAX_COUNT);
         let map_px = atlas.header().map_px;
         match (survey.lattices.as_slice(), atlas.landmarks().is_whole()) {
             ([lattice], true) => Self::on(lattice, map_px, headings, room),
@@ -78,7 +82,6 @@ impl Cells {
     /// Squares over a map.
     fn over((width, height): (u32, u32), headings: u8, room: u32) -> Self {
         let [width, height] = [width, height].map(|side| side.max(1) as f32);
-        let room = room.min(MAX_COUNT);
         let count = |length: f32, side: f32| ((length / side) as u32).saturating_add(1);
         // The area decides, but for long and narrow maps; some steps of 1 % follow.
         let mut side = sqrt(width * height / room as f32)

@@ -49,7 +49,7 @@ impl<const STATES: usize> Belief<STATES> {
         let cell = heaviest % layer_len;
         let (middle_column, middle_row) = (cell % columns.max(1), cell / columns.max(1));
         let around = self.offset(heaviest / layer_len);
-        let reach = ((footprint_px / side) as usize).max(1);
+        let reach = usize::from(((footprint_px / side) as u16).max(1));
         let columns_there = middle_column.saturating_sub(reach)..middle_column + reach + 1;
         let rows_there = middle_row.saturating_sub(reach)..middle_row + reach + 1;
 

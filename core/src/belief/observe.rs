@@ -62,9 +62,9 @@ impl<const STATES: usize> Belief<STATES> {
                 nearest = nearest.min(squared);
             }
         });
-        let worth = (self.way_px / observation.independent_px)
-            .min(1.0)
-            .max(observation.least_worth);
+        let share = self.way_px / observation.independent_px;
+        // Whatever the numbers are, this does not panic, and no worth is more than one.
+        let worth = share.max(observation.least_worth).min(1.0);
         self.way_px = 0.0;
         let sharpness = likelihood.sharpness * worth / parts;
         let states = self.weights.iter_mut().zip(&self.least).take(states);
@@ -84,7 +84,11 @@ impl<const STATES: usize> Belief<STATES> {
     /// count any more. It says nothing where there is one heading.
     pub fn gate(&mut self, heading_rad: f32, tolerance_rad: f32) {
         let headings = self.cells.headings();
-        if headings <= 1 || !heading_rad.is_finite() || !(tolerance_rad >= 0.0) {
+        if headings <= 1
+            || !heading_rad.is_finite()
+            || tolerance_rad.is_nan()
+            || tolerance_rad < 0.0
+        {
             return;
         }
         let step = core::f32::consts::TAU / f32::from(headings);
@@ -92,7 +96,8 @@ impl<const STATES: usize> Belief<STATES> {
         let (layer, first) = (self.cells.layer().max(1), self.heading_rad);
         for (weights, index) in self.active().chunks_exact_mut(layer).zip(0_u8..) {
             let off = turn(first + step * f32::from(index), heading_rad);
-            if !(off.abs() <= reach) {
+            let is_kept = off.abs() <= reach;
+            if !is_kept {
                 weights.iter_mut().for_each(|weight| *weight *= RULED_OUT);
             }
         }

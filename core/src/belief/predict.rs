@@ -30,20 +30,24 @@ const ELSEWHERE: f32 = 0.1;
 
 impl<const STATES: usize> Belief<STATES> {
     /// The vehicle moved. With one heading, `heading_rad` is the vehicle's as its compass has it, halfway; with several
-    /// it is not used, each of them turns by itself.
+    /// it is not used, each of them turns by itself. After a motion that is not finite it knows nothing.
     #[inline(never)]
     pub fn predict(&mut self, motion: &Motion, heading_rad: f32) {
+        let way = motion.forward_px * motion.forward_px + motion.right_px * motion.right_px;
         let numbers = [
-            motion.forward_px,
-            motion.right_px,
+            way,
             motion.yaw_rad,
             motion.variance_px2,
             motion.variance_rad2,
+            motion.carried_away,
         ];
-        if !numbers.iter().all(|number| number.is_finite()) {
-            return self.normalize(1.0);
-        }
         let headings = self.cells.headings();
+        if !numbers.iter().all(|number| number.is_finite()) {
+            if headings == 1 {
+                self.heading_rad = wrapped(heading_rad);
+            }
+            return self.forget();
+        }
         let halfway = if headings == 1 {
             self.heading_rad = wrapped(heading_rad);
             self.heading_rad
@@ -65,7 +69,6 @@ impl<const STATES: usize> Belief<STATES> {
         if headings > 1 {
             self.turn(step);
         }
-        let way = motion.forward_px * motion.forward_px + motion.right_px * motion.right_px;
         self.way_px += crate::math::sqrt(way);
         if motion.carried_away >= ELSEWHERE {
             self.way_px = f32::INFINITY;

@@ -82,7 +82,7 @@ pub fn wrapped(angle_rad: f32) -> f32 {
 pub fn exp_of_negative(x: f32) -> f32 {
     // 2ⁿ·2ᶠ with a whole n ≤ 0 and 0 ≤ f < 1; 2ᶠ by the cubic that is exact at both ends and off equally little
     // between them.
-    if !(x > -87.0) {
+    if x.is_nan() || x <= -87.0 {
         return 0.0;
     }
     let power = x.min(0.0) * core::f32::consts::LOG2_E;

@@ -2,16 +2,17 @@
 //!
 //! **What.** For every frame: path integration says how the vehicle moved, the belief moves with it; the frame, levelled
 //! by what the instruments say, is located and observed; the mission turns what is believed into a heading and a speed.
-//! With several goals the vehicle flies from one to the next.
+//! With several goals the vehicle flies from one to the next; a goal that no way leads to is left out.
 //!
 //! **Memory.** What is large lies in a [`Memory`], which is const-constructible, for a `static` on a board.
 //!
-//! **Without an instrument.** Without a compass the heading is what landmarks at several headings say, or else that of path
-//! integration; without an altimeter the
-//! altitude is; without roll and pitch the camera is taken to look straight down. Without a frame, or when a frame cannot be
-//! related to the one before, the vehicle is taken to move on as it did.
+//! **Without an instrument.** Without a compass the heading is what landmarks at several headings say, or else that of
+//! path integration; without an altimeter the altitude is; without roll and pitch the camera is taken to look straight
+//! down. Without a frame, or when a frame cannot be related to the one before, the vehicle is taken to move on as it did.
 
 mod dead_reckoning;
+#[cfg(test)]
+mod tests;
 
 use core::ops::DerefMut;
 
@@ -151,18 +152,23 @@ where
         }
     }
 
-    /// Sets places (0-based) to fly to, one after the other, in place of those before.
+    /// Sets places (0-based) to fly to, one after the other, in place of those before. No places leave it with the
+    /// present goal only. Goals beyond [`MAX_GOALS`], and those that no way leads to, are left out.
     ///
     /// # Errors
-    /// When the first of them cannot be planned to. Goals beyond [`MAX_GOALS`] are left out.
+    /// When the first of them cannot be planned to; there is no goal then.
     pub fn go(&mut self, goals: &[u16]) -> Result<(), RouteError> {
         self.goals.clear();
-        for &goal in goals {
-            if self.goals.push_back(goal).is_err() {
-                break;
-            }
+        let Some((&first, rest)) = goals.split_first() else {
+            return Ok(());
+        };
+        self.mission = self.mission.redirected();
+        self.plan(first)?;
+        for &goal in rest.iter().take(MAX_GOALS - 1) {
+            // There is room: they were counted.
+            let _ = self.goals.push_back(goal);
         }
-        self.next_goal().unwrap_or(Ok(()))
+        Ok(())
     }
 
     /// Goals after the present one.
@@ -270,21 +276,28 @@ where
         let topology = self.localizer.atlas().topology();
         let mission = self.mission.step(&situation, topology, &self.memory.router);
         self.mission = mission;
-        // Goals that cannot be reached are left out.
-        if mission.state() == State::Arrived {
-            while self.next_goal().is_some_and(|plan| plan.is_err()) {}
+        let has_no_way = mission.state() == State::Following && mission.leg().is_none();
+        if let Some(estimate) = estimate
+            && (mission.state() == State::Arrived || has_no_way)
+            && let Some(place) = topology.nearest(estimate.position)
+        {
+            self.go_on(place);
         }
     }
 
-    /// Plans to the next goal; `None` when there is none.
-    fn next_goal(&mut self) -> Option<Result<(), RouteError>> {
-        let goal = self.goals.pop_front()?;
-        let topology = *self.localizer.atlas().topology();
-        let plan = self.memory.router.plan(&topology, goal);
-        if plan.is_ok() {
-            self.mission = self.mission.redirected();
+    /// Takes the next goal that a way leads to from a place; the others are left out.
+    fn go_on(&mut self, place: u16) {
+        while let Some(goal) = self.goals.pop_front() {
+            if self.plan(goal).is_ok() && self.memory.router.length_px(place).is_some() {
+                self.mission = self.mission.redirected();
+                break;
+            }
         }
-        Some(plan)
+    }
+
+    fn plan(&mut self, goal: u16) -> Result<(), RouteError> {
+        let topology = self.localizer.atlas().topology();
+        self.memory.router.plan(topology, goal)
     }
 
     fn heading(&self, readings: &Readings) -> f32 {
@@ -296,6 +309,7 @@ where
     fn locate(&mut self, frame: &Frame<'_>, readings: &Readings, heading_rad: f32) -> Option<Fix> {
         let ratio = readings
             .altitude_ratio
+            .filter(|ratio| ratio.is_finite())
             .unwrap_or_else(|| self.memory.odometry.placement().altitude_ratio)
             .clamp(MIN_ALTITUDE_RATIO, MAX_ALTITUDE_RATIO);
         // Landmarks at several headings say the heading themselves.

@@ -1,1 +1,0 @@
-//! The filter as a whole.
