@@ -7,7 +7,7 @@ const OVERDUE_S: f32 = 0.5;
 
 /// The speed of the last displacement, and the time since.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct DeadReckoning {
+pub(crate) struct DeadReckoning {
     /// Forward, right (sides per second) and turn (radians per second).
     rates: [f32; 3],
     /// Since the last displacement that was taken, in seconds.
@@ -18,7 +18,7 @@ pub(super) struct DeadReckoning {
 
 /// A displacement in the vehicle's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Moved {
+pub(crate) struct Moved {
     /// In sides.
     pub forward: f32,
     /// In sides.

@@ -11,7 +11,7 @@
 //! altitude is; without roll and pitch the camera is taken to look straight down. Without a frame, or when a frame cannot be
 //! related to the one before, the vehicle is taken to move on as it did.
 
-mod dead_reckoning;
+pub(crate) mod dead_reckoning;
 
 use core::ops::DerefMut;
 
@@ -60,7 +60,7 @@ const LEAST_WORTH: f32 = 0.3;
 const COMPASS_TOLERANCE_RAD: f32 = 15.0_f32.to_radians();
 
 /// Variance of an altimeter, relative: 5 %.
-const ALTIMETER_VARIANCE: f32 = 0.05 * 0.05;
+pub(crate) const ALTIMETER_VARIANCE: f32 = 0.05 * 0.05;
 
 /// What the instruments say when a frame is taken; what is missing is `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
