@@ -24,6 +24,7 @@
 //! | [`belief`] | displacements and distances → where the vehicle may be | frames, routes |
 //! | [`mission`] | belief and route → commanded heading and speed | frames, links, time |
 //! | [`navigator`] | frames and instruments → commands, by all of the above | links, boards |
+//! | [`chart`] | a pattern flown without an atlas, the map that comes of it, and ways over that | atlases |
 //! | [`link`] | framed messages between a board and a host | the wire |
 //!
 //! # Promises
@@ -41,6 +42,7 @@ compile_error!(
 
 pub mod atlas;
 pub mod belief;
+pub mod chart;
 pub mod eigenspace;
 pub mod explore;
 pub mod frame;

@@ -115,7 +115,7 @@ impl<const PIXELS: usize, const SLOTS: usize, const LANDMARKS: usize>
         let m = PIXELS as f32;
         let residual = projection.residual / sqrt(m);
         if let Some((landmark, squared)) =
-            self.nearest(&projection.coordinates, projection.residual)
+            self.nearest(&projection.coordinates, projection.residual, |_| true)
         {
             let distance = sqrt(squared / m);
             if residual <= self.threshold || distance <= self.threshold {
@@ -147,10 +147,31 @@ impl<const PIXELS: usize, const SLOTS: usize, const LANDMARKS: usize>
         Some(Sighting::New { landmark, residual })
     }
 
-    /// The landmark with the smallest ‖g − g_i‖² + (‖r‖ − ‖r_i‖)², and that; the first of equals.
-    fn nearest(&self, coordinates: &Coordinates<SLOTS>, residual: f32) -> Option<(usize, f32)> {
+    /// The landmark that a view shows, and its distance (root mean square, in gray levels): the nearest of those that
+    /// `is_plausible`, when it is within the threshold. Nothing is learned.
+    pub fn recall<P: Copy + Into<f32>>(
+        &mut self,
+        view: &[P; PIXELS],
+        is_plausible: impl Fn(usize) -> bool,
+    ) -> Option<(usize, f32)> {
+        let projection = self.eigenspace.project(view)?;
+        let (landmark, squared) =
+            self.nearest(&projection.coordinates, projection.residual, is_plausible)?;
+        let distance = sqrt(squared / PIXELS as f32);
+        (distance <= self.threshold).then_some((landmark, distance))
+    }
+
+    /// The landmark with the smallest ‖g − g_i‖² + (‖r‖ − ‖r_i‖)² of those that take part, and that; the first of
+    /// equals.
+    fn nearest(
+        &self,
+        coordinates: &Coordinates<SLOTS>,
+        residual: f32,
+        takes_part: impl Fn(usize) -> bool,
+    ) -> Option<(usize, f32)> {
         let mut nearest = None;
-        for (i, landmark) in self.landmarks.iter().enumerate() {
+        let landmarks = self.landmarks.iter().enumerate();
+        for (i, landmark) in landmarks.filter(|&(i, _)| takes_part(i)) {
             let outside = residual - sqrt(landmark.left_out);
             let mut squared = outside * outside;
             for (a, b) in coordinates.iter().zip(&landmark.coordinates) {
@@ -229,6 +250,23 @@ mod tests {
             .collect();
         landmarks.sort_unstable();
         assert!(landmarks.into_iter().eq(0..12));
+    }
+
+    #[test]
+    fn what_is_recalled_is_plausible_and_near_and_changes_nothing() {
+        let mut explorer = Explorer::<PIXELS, 16, 32>::new(THRESHOLD, Growth::Fixed);
+        for place in 0..8 {
+            explorer.observe(&view(place, 0));
+        }
+        for place in 0..8 {
+            let seen = view(place, 7);
+            let (landmark, distance) = explorer.recall(&seen, |_| true).expect("known");
+            assert_eq!(landmark, place as usize);
+            assert!(distance > 0.0 && distance < THRESHOLD);
+            assert_eq!(explorer.recall(&seen, |other| other != landmark), None);
+        }
+        assert_eq!(explorer.recall(&view(9, 0), |_| true), None);
+        assert_eq!(explorer.landmarks().len(), 8);
     }
 
     #[test]

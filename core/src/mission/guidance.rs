@@ -38,13 +38,7 @@ impl Mission {
         for _ in 0..MAX_LEGS_AHEAD {
             let length = leg.length_px();
             if ahead < length {
-                let share = ahead / length;
-                let point = Point {
-                    x_px: leg.start.x_px + share * (leg.end.x_px - leg.start.x_px),
-                    y_px: leg.start.y_px + share * (leg.end.y_px - leg.start.y_px),
-                };
-                let left_px = f32::MAX;
-                return Aim { point, left_px };
+                return on(&leg, ahead / length);
             }
             let Some(next) = router.next_leg(map, leg.to) else {
                 break;
@@ -56,6 +50,13 @@ impl Mission {
             point: leg.end,
             left_px: position.distance_px(leg.end),
         }
+    }
+
+    /// The point of a leg that is a lookahead ahead, or its end.
+    pub(super) fn aim_on(&self, leg: &Leg, position: Point) -> Aim {
+        let length = leg.length_px();
+        let ahead = on_leg(leg, position).0.max(0.0) + self.limits.lookahead_px;
+        on(leg, if ahead < length { ahead / length } else { 1.0 })
     }
 
     /// Heads for a point.
@@ -71,6 +72,18 @@ impl Mission {
             heading_rad: wrapped(course - drift),
             speed: (aim.left_px / lookahead).clamp(LEAST_SPEED, 1.0),
         };
+    }
+}
+
+/// A share of a leg from its start, with more of the route after it.
+fn on(leg: &Leg, share: f32) -> Aim {
+    let point = Point {
+        x_px: leg.start.x_px + share * (leg.end.x_px - leg.start.x_px),
+        y_px: leg.start.y_px + share * (leg.end.y_px - leg.start.y_px),
+    };
+    Aim {
+        point,
+        left_px: f32::MAX,
     }
 }
 

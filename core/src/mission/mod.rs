@@ -197,6 +197,26 @@ impl Mission {
         next
     }
 
+    /// The mission after one more step along a leg that the caller chose, without a map or a goal: following it.
+    #[must_use]
+    pub fn step_along(&self, leg: &Leg, situation: &Situation) -> Self {
+        let mut next = *self;
+        if let Some(estimate) = situation.estimate {
+            next.state = State::Following;
+            next.leg = Some(*leg);
+            let aim = self.aim_on(leg, estimate.position);
+            next.pursue(&aim, situation, &estimate);
+        }
+        next
+    }
+
+    /// Whether a vehicle there is so far along a leg that the next one is due.
+    #[must_use]
+    pub fn is_along(&self, leg: &Leg, position: Point) -> bool {
+        let (along, _) = guidance::on_leg(leg, position);
+        along >= leg.length_px() - self.limits.arrival_px / 2.0
+    }
+
     /// What to do in the new state.
     fn act<const PLACES: usize>(
         &mut self,
@@ -241,10 +261,10 @@ impl Mission {
         router: &Router<PLACES>,
     ) {
         if let Some(leg) = self.leg {
-            let (along, across) = guidance::on_leg(&leg, position);
+            let (_, across) = guidance::on_leg(&leg, position);
             if across.abs() > self.limits.off_leg_px {
                 self.leg = None;
-            } else if along >= leg.length_px() - self.limits.arrival_px / 2.0 {
+            } else if self.is_along(&leg, position) {
                 // The last leg is flown to its end.
                 self.leg = router.next_leg(map, leg.to).or(Some(leg));
             }

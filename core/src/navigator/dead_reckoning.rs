@@ -13,7 +13,7 @@ const SMOOTH_S: f32 = 2.0;
 
 /// The speed of the last displacement, and the time since.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct DeadReckoning {
+pub(crate) struct DeadReckoning {
     /// Forward and right, in sides per second: a mean over about [`SMOOTH_S`].
     smooth: [f32; 2],
     /// Turn, in radians per second.
@@ -26,7 +26,7 @@ pub(super) struct DeadReckoning {
 
 /// A displacement in the vehicle's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Moved {
+pub(crate) struct Moved {
     /// In sides.
     pub forward: f32,
     /// In sides.

@@ -10,7 +10,7 @@
 //! path integration; without an altimeter the altitude is; without roll and pitch the camera is taken to look straight
 //! down. Without a frame, or when a frame cannot be related to the one before, the vehicle is taken to move on as it did.
 
-mod dead_reckoning;
+pub(crate) mod dead_reckoning;
 #[cfg(test)]
 mod tests;
 
@@ -63,8 +63,8 @@ const COMPASS_TOLERANCE_RAD: f32 = 15.0_f32.to_radians();
 /// Variances of a compass (6°, in squared radians) and of an altimeter (3 %, relative), and for how long their errors stay
 /// alike, in seconds: of what they say meanwhile, all together counts once.
 const COMPASS_VARIANCE: f32 = 0.1 * 0.1;
-const ALTIMETER_VARIANCE: f32 = 0.03 * 0.03;
-const ALIKE_FOR_S: f32 = 60.0;
+pub(crate) const ALTIMETER_VARIANCE: f32 = 0.03 * 0.03;
+pub(crate) const ALIKE_FOR_S: f32 = 60.0;
 
 /// What the instruments say when a frame is taken; what is missing is `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -191,6 +191,17 @@ impl Odometry {
         self.correct(3, libm::logf(altitude_ratio / now), variance / square)
     }
 
+    /// Takes the placement to be known less well by that, in the plane's axes: for errors that frames do not show.
+    ///
+    /// Does nothing and says `false` when a number is not finite, or a variance negative.
+    pub fn widen(&mut self, by: &Covariance) -> bool {
+        let is_usable = is_covariance(by);
+        if is_usable {
+            self.common += by;
+        }
+        is_usable
+    }
+
     /// A Kalman update by the innovation of one of the four numbers.
     fn correct(&mut self, index: usize, innovation: f32, variance: f32) -> bool {
         let is_usable = variance.is_finite() && variance > 0.0 && innovation.is_finite();

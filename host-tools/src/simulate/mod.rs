@@ -14,6 +14,7 @@
 //! | `picture` | a flight over the map as a picture |
 //! | `chance` | random processes, a generator for each cause |
 //! | `onboard` | the vehicle's own software as a pilot |
+//! | `scout` | the same without an atlas: it explores, then visits what it found |
 //! | `legs` | the short flight of the demo |
 //!
 //! The same seed gives the same flight, bit for bit, whatever the number of threads; and an effect that is switched off
@@ -54,6 +55,7 @@ mod onboard;
 mod picture;
 mod plan;
 mod record;
+mod scout;
 mod sensor;
 mod vehicle;
 mod world;
@@ -74,6 +76,7 @@ pub use onboard::Onboard;
 pub use picture::FlightPicture;
 pub use plan::{Plan, PlanError, plan_at_random, plan_flights, plan_route};
 pub use record::{Ground, Header, RecordError, Recorder, Recording, fly_recorded};
+pub use scout::{Arrival, Scout};
 pub use sensor::Sensor;
 pub use vehicle::{Blimp, Command, Truth};
 pub use world::{Clouds, Light, Wind, World};

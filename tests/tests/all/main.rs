@@ -7,6 +7,7 @@ mod command_line;
 mod dense;
 mod evaluate;
 mod experiment;
+mod exploration;
 mod firmware;
 mod fuzz;
 mod headings;

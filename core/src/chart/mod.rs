@@ -1,0 +1,45 @@
+//! Without an atlas: a pattern is flown, landmarks are chosen on the way and linked into a map, and the vehicle finds its
+//! way over it.
+//!
+//! **What.** The report's remark on simultaneous localization and mapping, made to fly: an [`Exploration`] flies a
+//! [`Pattern`] by path integration alone. Where the view is new to the eigenspace of the landmarks so far (algorithm 2.4
+//! online, [`explore`](crate::explore)), a landmark is made, and a place of the [`Chart`] with the same number. A landmark
+//! seen again, where path integration holds that to be possible, corrects path integration. Afterwards the vehicle flies to
+//! any place of the chart by the [`Mission`](crate::mission::Mission) that atlases are flown by.
+//!
+//! **Notation.** The chart's plane is that of path integration: the start is its origin, map-up what the compass said
+//! there. Its *pixel* is a hundredth of a side, [`SIDE_PX`], so that whatever works on maps works on charts.
+//!
+//! **Method.**
+//! 1. *Views* are turned to the chart's heading and show the square that a frame has at every heading ([`WINDOW`] of a
+//!    side), so that a place looks the same from every direction. They have zero mean and the same contrast.
+//! 2. *Revisits.* Of each visit the look nearest to the landmark counts, once, and only when it is near: lines beside each
+//!    other recall each other's landmarks, always from the same side. If path integration has erred by e since the
+//!    landmark was first seen, that look says e but for how far from the landmark it may have been. Over a closed way
+//!    errors only add up, so the covariance of e is the present one less that of then; a Kalman update with the two
+//!    corrects position and heading, and leaves of the covariance what it was then.
+//! 3. *Legs* join places visited one after the other, and a new place to older ones around it when no third place lies in
+//!    the circle over the two (Gabriel and Sokal 1969): few legs, and short ones, that stay near landmarks.
+//! 4. *Commands* are headings of the compass: the chart's, by as much as compass and path integration differ.
+//!
+//! **Cost.** Per place 160 bytes, and 2 per leg; 68 KiB of path integration, 28 KiB of eigenspace: see [`Memory`]. A look, every tenth
+//! of a side, costs a levelled view and a projection or two; a new landmark an update of the eigenspace.
+//!
+//! **Limits.** Places stay where they were first seen: only the vehicle is corrected, not the way between two places. Lengths
+//! are as wrong as the altimeter. A vehicle that is carried off unseen does not notice. The ground is taken to be free of obstacles.
+
+mod closing;
+mod exploration;
+mod memory;
+mod pattern;
+mod places;
+mod window;
+
+pub use exploration::{Exploration, Phase, Progress};
+pub use memory::Memory;
+pub use pattern::Pattern;
+pub use places::Chart;
+pub use window::{VIEW_SIDE, WINDOW};
+
+/// Pixels of a chart per side.
+pub const SIDE_PX: f32 = 100.0;
