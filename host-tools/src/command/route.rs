@@ -154,7 +154,8 @@ impl Cmd {
         let mut out = io::stdout().lock();
         let heading = |leg: &Leg| leg.heading_rad().to_degrees().rem_euclid(360.0);
         let number = |place: u16| u32::from(place) + 1;
-        let total: f32 = legs.iter().map(Leg::length_px).sum();
+        // A sum of nothing would be −0.
+        let total = legs.iter().map(Leg::length_px).fold(0.0, |a, b| a + b);
         if self.json {
             let legs = legs.iter().map(|leg| {
                 json!({

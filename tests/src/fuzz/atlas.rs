@@ -23,19 +23,27 @@ const MAX_LEN: u64 = 16 << 10;
 /// # Panics
 /// When a promise is broken.
 pub fn atlas(input: &[u8]) {
-    let mut input = Input(input);
-    let mut words = match input.byte() % 3 {
-        0 => aligned(input.0),
-        1 => sealed(input.0),
-        _ => match described(input) {
-            Some(words) => words,
-            None => return,
-        },
-    };
-    let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
+    let words = words_of(input).unwrap_or_default();
+    let bytes: &[u8] = bytemuck::cast_slice(&words);
     if let Ok(atlas) = Atlas::parse(bytes) {
         locate(&atlas);
         emit_again(&atlas, bytes);
+    }
+}
+
+/// Whether the target reads an atlas in the input: seeds are worth little that do not come as far.
+#[must_use]
+pub fn holds_atlas(input: &[u8]) -> bool {
+    words_of(input).is_some_and(|words| Atlas::parse(bytemuck::cast_slice(&words)).is_ok())
+}
+
+/// The bytes that the input stands for; `None` when it describes no atlas.
+fn words_of(input: &[u8]) -> Option<Vec<u64>> {
+    let mut input = Input(input);
+    match input.byte() % 3 {
+        0 => Some(aligned(input.0)),
+        1 => Some(sealed(input.0)),
+        _ => described(input),
     }
 }
 
@@ -94,9 +102,12 @@ fn described(input: Input<'_>) -> Option<Vec<u64>> {
         })
         .collect();
     let mut mean_weights: Vec<i8> = (0..padded_pixels(side)).map(|_| number() as i8).collect();
+    mean_weights[pixels..].fill(0);
     if header.normalize != Normalize::None {
-        let half = mean_weights.len() / 2;
-        let (first, second) = mean_weights.split_at_mut(half);
+        let (first, rest) = mean_weights[..pixels].split_at_mut(pixels / 2);
+        // The middle of an odd number has no mirror.
+        let (middle, second) = rest.split_at_mut(pixels % 2);
+        middle.fill(0);
         for (weight, mirrored) in first.iter_mut().zip(second.iter_mut().rev()) {
             *weight = (*weight).max(-i8::MAX);
             *mirrored = -*weight;

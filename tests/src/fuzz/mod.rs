@@ -9,7 +9,7 @@ mod frame;
 mod input;
 mod link;
 
-pub use atlas::atlas;
+pub use atlas::{atlas, holds_atlas};
 pub use frame::frame;
 pub use link::link;
 

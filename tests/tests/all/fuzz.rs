@@ -4,7 +4,7 @@ use std::{fs, panic, path::PathBuf};
 
 use eigenmark::simulate::seeded;
 use eigenmark_tests::{
-    fuzz::{TARGETS, Target},
+    fuzz::{TARGETS, Target, holds_atlas},
     maps::workspace,
 };
 use rand::{Rng, RngExt};
@@ -78,5 +78,12 @@ fn run(name: &str, target: Target) {
 fn arbitrary_bytes_break_no_promise() {
     for (name, target) in TARGETS {
         run(name, target);
+    }
+}
+
+#[test]
+fn committed_atlases_are_of_the_present_format() {
+    for (number, seed) in seeds("atlas").iter().enumerate() {
+        assert!(holds_atlas(seed), "seed {number} in the order of names");
     }
 }

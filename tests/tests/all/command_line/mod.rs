@@ -4,6 +4,7 @@
 mod evaluate;
 mod experiment;
 mod headings;
+mod route;
 mod segment;
 
 use std::{
