@@ -58,8 +58,8 @@ pub struct Cmd {
     /// Width and height of frames, in pixels
     #[arg(long, value_name = "WxH", default_value = "160x120", value_parser = size)]
     frame: (u16, u16),
-    /// Draw the (first) flight over the map
-    #[arg(long, value_name = "PNG")]
+    /// Draw the (first) flight over the map, as PNG or JPEG
+    #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
     /// Record the flight: frames, truth, instruments, what the vehicle thought
     #[arg(long, value_name = "DIR", conflicts_with_all = ["flights", "replay"])]

@@ -19,7 +19,7 @@ const PATIENCE: f64 = 4.0;
 const TRIES: usize = 1000;
 
 /// Stream of the generator that routes are drawn from.
-const ROUTES: u64 = 0x0070_7e5;
+const ROUTES: u64 = 0x0007_07e5;
 
 /// A flight before it is flown.
 #[derive(Clone, Debug, PartialEq)]

@@ -13,7 +13,9 @@ use std::{io, path::Path};
 
 use eigenmark_core::landmark::Point;
 use image::{
-    ExtendedColorType, ImageEncoder, Rgb, RgbImage, codecs::png::PngEncoder, imageops::FilterType,
+    ExtendedColorType, ImageEncoder, Rgb, RgbImage,
+    codecs::{jpeg::JpegEncoder, png::PngEncoder},
+    imageops::FilterType,
 };
 
 use super::Step;
@@ -28,6 +30,9 @@ use ways::{Trust, Ways};
 /// The width that small maps are enlarged to, in pixels, and how much at most.
 const WIDTH_PX: f32 = 1600.0;
 const MAX_SCALE: f32 = 2.5;
+
+/// Quality of JPEG files, in percent.
+const JPEG_QUALITY: u8 = 82;
 
 /// What shines through a black map.
 const NIGHT: [f32; 3] = [11.0, 14.0, 19.0];
@@ -88,13 +93,20 @@ impl FlightPicture<'_> {
         canvas.into_picture()
     }
 
-    /// Draws it into a PNG file.
+    /// Draws it into a file: JPEG when its name ends in `.jpg` or `.jpeg`, else PNG.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         let picture = self.draw();
+        let extension = path.extension().map(|it| it.to_ascii_lowercase());
+        let is_jpeg = extension.is_some_and(|it| it == "jpg" || it == "jpeg");
         write_file(path, |file| {
+            if is_jpeg {
+                return JpegEncoder::new_with_quality(file, JPEG_QUALITY)
+                    .encode_image(&picture)
+                    .map_err(io::Error::other);
+            }
             PngEncoder::new(file)
                 .write_image(
                     &picture,
