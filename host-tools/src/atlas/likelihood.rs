@@ -45,7 +45,7 @@ struct Draw {
 /// The likelihood under which views of a map are located best, among all landmarks of an atlas. `None` when no landmark
 /// has room for a deviated view.
 pub(super) fn likelihood(map: &Map, atlas: &Atlas<'_>) -> Option<Likelihood> {
-    let draws = draws(map, atlas);
+    let draws = draws(map, atlas, SEED);
     if draws.is_empty() {
         return None;
     }
@@ -103,7 +103,7 @@ fn score(draws: &[Draw], likelihood: Likelihood) -> f64 {
 }
 
 /// Deviated views of evenly spread landmarks.
-fn draws(map: &Map, atlas: &Atlas<'_>) -> Vec<Draw> {
+fn draws(map: &Map, atlas: &Atlas<'_>, seed: u64) -> Vec<Draw> {
     let camera = Camera::square_for(atlas);
     let records = atlas.landmarks().records();
     let count = records.len().min(MAX_VIEWS);
@@ -125,7 +125,7 @@ fn draws(map: &Map, atlas: &Atlas<'_>) -> Vec<Draw> {
         .into_par_iter()
         .filter_map(|index| {
             let landmark = index / per_landmark * records.len() / count;
-            let mut random = seeded(SEED, index as u64);
+            let mut random = seeded(seed, index as u64);
             let nominal = scene_of(&atlas.header().survey.find(records[landmark].view)?);
             let center = nominal.place;
             let (scene, _) = deviation.draw(map, &camera, &nominal, &mut random)?;
@@ -155,4 +155,58 @@ fn draws(map: &Map, atlas: &Atlas<'_>) -> Vec<Draw> {
             Some(draw)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use eigenmark_core::eigenspace::Normalize;
+
+    use super::*;
+    use crate::{learn::Settings, output::Progress, select::Selection, train::train};
+
+    /// Share of views to which the landmark they were drawn around is likelier than any that shows other ground.
+    fn share_first(draws: &[Draw], likelihood: Likelihood) -> f64 {
+        let weight = |squared: f32| {
+            let squared = f64::from(squared.min(likelihood.ceiling));
+            (-f64::from(likelihood.sharpness) * squared).exp()
+        };
+        let is_first = |draw: &&Draw| {
+            let elsewhere = draw.elsewhere.iter().copied().fold(f32::MAX, f32::min);
+            weight(draw.own) > weight(elsewhere)
+        };
+        draws.iter().filter(is_first).count() as f64 / draws.len() as f64
+    }
+
+    #[test]
+    fn likelihoods_suit_views_that_they_were_not_made_from() {
+        let map = Map::city();
+        let settings = Settings {
+            selection: Selection::All,
+            stride_px: Some(50),
+            dimensions: 50,
+            normalize: Normalize::Std,
+            ..Settings::default()
+        };
+        let trained = train(&map, &settings, false, &Progress::Hidden).expect("trains");
+        let atlas = trained.atlas();
+        let likelihood = atlas.header().likelihood;
+        assert!(likelihood.sharpness > 0.0 && likelihood.sharpness.is_finite());
+        assert!(likelihood.ceiling > 0.0 && likelihood.ceiling.is_finite());
+
+        let others = draws(&map, &atlas, SEED + 1);
+        assert_eq!(others.len(), MAX_VIEWS);
+        let best = score(&others, likelihood);
+        for factor in [0.25, 4.0] {
+            let Likelihood { sharpness, ceiling } = likelihood;
+            let flatter_or_sharper = Likelihood {
+                sharpness: sharpness * factor,
+                ceiling,
+            };
+            let other = score(&others, flatter_or_sharper);
+            assert!(other < best, "{factor}: {other}, {best}");
+        }
+        let first = share_first(&others, likelihood);
+        println!("{likelihood:?}: {first}");
+        assert!(first > 0.5, "{first}");
+    }
 }

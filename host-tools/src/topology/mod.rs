@@ -6,6 +6,8 @@
 mod file;
 mod legs;
 mod places;
+#[cfg(test)]
+mod tests;
 
 use eigenmark_core::{
     atlas::{Atlas, AtlasError},
@@ -96,22 +98,3 @@ impl Network {
 
 /// Places and legs that an atlas has room for: as far as both go.
 const ROOM: (usize, usize) = (MAX_PLACES as usize, MAX_LEGS as usize / 2);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn legs_are_stored_with_their_places_both_ways() {
-        let at = |x_px| Point { x_px, y_px: 0.0 };
-        let network = Network {
-            places: vec![at(0.0), at(10.0), at(20.0), at(90.0)],
-            legs: vec![(0, 1), (1, 2)],
-        };
-        let (places, legs) = network.stored();
-        assert_eq!(legs, [1, 0, 2, 1]);
-        let first: Vec<u32> = places.iter().map(|place| place.first_leg).collect();
-        assert_eq!(first, [0, 1, 3, 4]);
-        assert_eq!(network.islands(), 2);
-    }
-}
