@@ -2,40 +2,30 @@
 
 use nalgebra::{Matrix2, Matrix4x2, Vector2, Vector4};
 
-use super::{SIDE_PX, window::CONTRAST};
+use super::SIDE_PX;
 use crate::{
     landmark::Point,
     track::{Covariance, Odometry, Placement},
 };
 
-/// Looks that differ from the place's view by less than this share of the contrast count: others may be of beside it.
-const SAME: f32 = 0.45;
-
-/// How far from a place such looks are: standard deviation along each axis, in sides.
-const SPREAD: f32 = 0.1;
-
-/// How far from a place it is recalled at all: likewise.
-const REACH: f32 = 0.2;
+/// How far from a place it is seen again: standard deviation along each axis, in sides. Twice what views that look the same
+/// are apart, for those that look the same by chance.
+const SPREAD: f32 = 0.2;
 
 /// Places farther away than so many standard deviations are not plausible.
-const GATE: f32 = 3.0;
-
-/// Whether a look that is that far from a place's view, in gray levels, says where the vehicle is.
-pub(super) fn is_same(distance: f32) -> bool {
-    distance <= SAME * CONTRAST
-}
+const GATE: f32 = 2.0;
 
 /// Whether a vehicle that takes itself to be `here` may be at a place that it made when it knew its place to `then`.
 pub(super) fn is_plausible(here: Point, now: &Covariance, place: Point, then: &Covariance) -> bool {
     let since = now - then;
-    let variance = ((since.m11 + since.m22) / 2.0).max(0.0) + REACH * REACH;
+    let variance = ((since.m11 + since.m22) / 2.0).max(0.0) + SPREAD * SPREAD;
     let distance = here.distance_px(place) / SIDE_PX;
     distance * distance <= GATE * GATE * variance
 }
 
 /// Corrects path integration by a place: `offset` (x, y, in sides) leads to it from where the vehicle took itself to be
-/// when it saw it; `then` is the covariance with which it was made. Returns whether anything was corrected: a place that is
-/// known no better than the vehicle says nothing.
+/// when it saw it; `then` is the covariance with which the place was made.
+/// Returns whether anything was corrected: a place that is known no better than the vehicle says nothing.
 pub(super) fn correct(odometry: &mut Odometry, offset: [f32; 2], then: &Covariance) -> bool {
     let now = odometry.covariance();
     let since = now - then;
@@ -103,8 +93,9 @@ mod tests {
         let mut odometry = after(&now);
         assert!(correct(&mut odometry, [-0.4, 0.0], &Covariance::zeros()));
         let placement = odometry.placement();
-        assert!((placement.heading_rad + 0.1).abs() < 0.02, "{placement:?}");
-        assert!(odometry.covariance().m33 < 0.002);
+        let share = 0.16 / (0.16 + SPREAD * SPREAD);
+        assert!((placement.heading_rad + 0.1 * share).abs() < 1e-4);
+        assert!((odometry.covariance().m33 - 0.01 * (1.0 - share)).abs() < 1e-5);
     }
 
     #[test]
@@ -130,6 +121,6 @@ mod tests {
             let then = Covariance::zeros();
             is_plausible(here, &diagonal(variance, 0.0), place, &then)
         };
-        assert!(!is(0.0) && !is(0.05) && is(0.1));
+        assert!(!is(0.0) && !is(0.15) && is(0.25));
     }
 }

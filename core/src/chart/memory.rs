@@ -11,10 +11,10 @@ use crate::{
 };
 
 /// Dimensions of the eigenspace of landmarks, and one for the residual.
-pub(super) const SLOTS: usize = 16;
+pub(super) const SLOTS: usize = 24;
 
-/// Views that differ by less than this share of their contrast (root mean square) show the same place.
-const NOVELTY: f32 = 0.9;
+/// Views of which landmarks leave at least this share of the contrast unexplained (root mean square) are new.
+const NOVELTY: f32 = 0.7;
 
 /// Room for `PLACES` places and `LEGS` legs, four to eight for each place. Const-constructible, for a `static` on a
 /// board; a box on a host.
@@ -26,8 +26,8 @@ pub struct Memory<const PLACES: usize, const LEGS: usize> {
     pub(super) router: Router<PLACES>,
 }
 
-// Beside a stack of 16 KiB in the 128 KiB of an STM32F405.
-const _: () = assert!(size_of::<Memory<128, 1024>>() <= 112 * 1024);
+// Beside the stack in the 128 KiB of an STM32F405.
+const _: () = assert!(size_of::<Memory<128, 1024>>() <= 101 * 1024);
 
 impl<const PLACES: usize, const LEGS: usize> Memory<PLACES, LEGS> {
     /// Nothing yet.

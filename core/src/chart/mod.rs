@@ -13,8 +13,8 @@
 //! **Method.**
 //! 1. *Views* are turned to the chart's heading and show the square that a frame has at every heading ([`WINDOW`] of a
 //!    side), so that a place looks the same from every direction. They have zero mean and the same contrast.
-//! 2. *Revisits.* Of each visit the look nearest to the landmark counts, once, and only when it is near: lines beside each
-//!    other recall each other's landmarks, always from the same side. If path integration has erred by e since the
+//! 2. *Revisits.* Of each visit the look nearest to the landmark counts, once, and the less the more it differs from it:
+//!    lines beside each other recall each other's landmarks, always from the same side. If path integration has erred by e since the
 //!    landmark was first seen, that look says e but for how far from the landmark it may have been. Over a closed way
 //!    errors only add up, so the covariance of e is the present one less that of then; a Kalman update with the two
 //!    corrects position and heading, and leaves of the covariance what it was then.
@@ -22,11 +22,23 @@
 //!    the circle over the two (Gabriel and Sokal 1969): few legs, and short ones, that stay near landmarks.
 //! 4. *Commands* are headings of the compass: the chart's, by as much as compass and path integration differ.
 //!
-//! **Cost.** Per place 160 bytes, and 2 per leg; 68 KiB of path integration, 28 KiB of eigenspace: see [`Memory`]. A look, every tenth
-//! of a side, costs a levelled view and a projection or two; a new landmark an update of the eigenspace.
+//! **Cost.** Memory is 66 KiB of path integration, 9 KiB of eigenspace, 184 bytes per place and 2 per leg: 101 KiB for 128
+//! places and 1,024 legs, and 2.7 KiB of the [`Exploration`] itself. A look, every tenth of a side, takes a levelled view
+//! and one or two projections; a new landmark an update of the eigenspace, and p² steps to find its neighbors among p places.
 //!
-//! **Limits.** Places stay where they were first seen: only the vehicle is corrected, not the way between two places. Lengths
-//! are as wrong as the altimeter. A vehicle that is carried off unseen does not notice. The ground is taken to be free of obstacles.
+//! **Measured.** In the simulator, with wind, tilts, clouds, noise, and a compass within 10°, over boxes of up to 4 by 1.8
+//! sides of four maps: places are 0.05 to 0.12 sides off on average and 0.31 at most; the median arrival is 0.3 sides from
+//! where its place was made, of which a quarter is the mission's radius, the worst 0.83. Of an error of 0.3 sides, put there
+//! on purpose in one flight, places seen again left 0.08. Thresholds were chosen on these maps and flights.
+//!
+//! **Limits.**
+//! 1. Places stay where they were first seen: only the vehicle is corrected, not the way between two places.
+//! 2. Beyond the dimensions of the eigenspace only the sizes of residuals are compared, so other views can pass for a place's.
+//!    On short ways, where path integration hardly drifts, corrections do more harm than good: with views that must be more
+//!    alike, and hardly any correction, the worst arrival was 0.50 instead of 0.83, but an error put there stayed.
+//! 3. Lengths are as wrong as the altimeter. Nothing is known of obstacles. A full chart grows no further.
+//! 4. Who is not sure where it is flies on by its best guess, and does not say that it has arrived. A vehicle that is
+//!    carried off unseen does not notice.
 
 mod closing;
 mod exploration;

@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// Pixels along the side of a view.
-pub const VIEW_SIDE: u8 = 16;
+pub const VIEW_SIDE: u8 = 8;
 
 /// Side of what a view shows, in sides: of the square that every turn of the frame's square has in it.
 pub const WINDOW: f32 = FRAC_1_SQRT_2;

@@ -26,8 +26,18 @@ const MAX_CHART: f64 = 0.5;
 const MAX_ARRIVAL: f64 = 1.0;
 
 /// Least number of places per square side of the box.
-const MIN_DENSITY: f64 = 1.0;
+const MIN_DENSITY: f64 = 2.0;
 
+/// Errors in sides, of the chart (mean, largest) and of arrivals (largest), by seed:
+///
+/// | map | places | chart | arrivals |
+/// | --- | --- | --- | --- |
+/// | city | 40, 38 | 0.08, 0.20; 0.12, 0.31 | 0.62, 0.42 |
+/// | wellington | 42, 33 | 0.08, 0.21; 0.08, 0.18 | 0.83, 0.54 |
+/// | nust | 20, 20 | 0.05, 0.09; 0.08, 0.19 | 0.41, 0.36 |
+/// | kitsap | 35, 32 | 0.05, 0.22; 0.09, 0.29 | 0.40, 0.33 |
+///
+/// Arrivals count from a quarter of a side on, so that much of theirs is no error.
 #[test]
 fn every_map_is_explored_and_places_are_found_again() {
     for map in maps::all() {
