@@ -31,12 +31,8 @@ pub(super) fn look(
     view: &mut View,
 ) -> Option<[f32; PIXELS]> {
     let ratio = (altitude_ratio * SQRT_2).clamp(MIN_ALTITUDE_RATIO, MAX_ALTITUDE_RATIO);
-    let pose = Pose::new(heading_rad, ratio).ok()?;
-    let tilted = tilt.and_then(|tilt| {
-        pose.tilted(tilt.roll_rad(), tilt.pitch_rad(), tilt.field_of_view_rad())
-            .ok()
-    });
-    if !level(frame, &tilted.unwrap_or(pose), view).is_half() {
+    let pose = Pose::new(heading_rad, ratio).ok()?.with_tilt(tilt);
+    if !level(frame, &pose, view).is_half() {
         return None;
     }
     let pixels = view.pixels().first_chunk::<PIXELS>()?;

@@ -59,6 +59,20 @@ pub enum State {
     Arrived,
 }
 
+impl State {
+    /// Its name in a word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Boot => "boot",
+            Self::Localizing => "localizing",
+            Self::Following => "following",
+            Self::Lost => "lost",
+            Self::Arrived => "arrived",
+        }
+    }
+}
+
 /// What a mission goes by in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Situation {

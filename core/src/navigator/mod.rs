@@ -315,11 +315,8 @@ where
         // Landmarks at several headings say the heading themselves.
         let is_turned = self.atlas().header().survey.headings > 1;
         let pose = Pose::new(if is_turned { 0.0 } else { heading_rad }, ratio).ok()?;
-        let tilted = readings.tilt.and_then(|tilt| {
-            pose.tilted(tilt.roll_rad(), tilt.pitch_rad(), tilt.field_of_view_rad())
-                .ok()
-        });
-        self.localizer.locate_at(frame, &tilted.unwrap_or(pose))
+        self.localizer
+            .locate_at(frame, &pose.with_tilt(readings.tilt))
     }
 
     /// How the belief is to move; `None` while there is nothing to move it for.

@@ -146,6 +146,12 @@ impl Pose {
         })
     }
 
+    /// The same pose with a tilt that exists in place of any it had, or with none.
+    #[must_use]
+    pub fn with_tilt(self, tilt: Option<Tilt>) -> Self {
+        Self { tilt, ..self }
+    }
+
     /// Heading in radians, clockwise from map-up to frame-up.
     #[must_use]
     pub fn heading_rad(&self) -> f32 {
@@ -265,6 +271,17 @@ mod tests {
         let pose = Pose::new(-0.0, 1.0).and_then(|pose| pose.tilted(0.0, -0.0, 1.0));
         assert!(pose.expect("in range").is_nominal());
         assert!(!Pose::new(1e-6, 1.0).expect("in range").is_nominal());
+    }
+
+    #[test]
+    fn a_tilt_can_be_handed_on() {
+        let tilted = Pose::NOMINAL.tilted(0.1, -0.2, 1.0).expect("in range");
+        let turned = Pose::new(0.5, 1.1).expect("in range");
+        assert_eq!(
+            turned.with_tilt(tilted.tilt()),
+            turned.tilted(0.1, -0.2, 1.0).expect("in range")
+        );
+        assert_eq!(turned.with_tilt(None), turned);
     }
 
     #[test]

@@ -139,13 +139,7 @@ impl Cmd {
         let Some(tolerance) = self.compass_tolerance else {
             return Ok((*pose, Prior::NONE));
         };
-        let unturned = Pose::new(0.0, pose.altitude_ratio())?;
-        let levelled = match pose.tilt() {
-            None => unturned,
-            Some(tilt) => {
-                unturned.tilted(tilt.roll_rad(), tilt.pitch_rad(), tilt.field_of_view_rad())?
-            }
-        };
+        let levelled = Pose::new(0.0, pose.altitude_ratio())?.with_tilt(pose.tilt());
         let sector = Sector {
             heading_rad: pose.heading_rad(),
             tolerance_rad: tolerance.to_radians() as f32,

@@ -3,7 +3,6 @@
 use std::{
     io::{self, Write},
     path::{Path, PathBuf},
-    sync::Mutex,
 };
 
 use anyhow::{Context, ensure};
@@ -164,18 +163,11 @@ impl Cmd {
             return Ok(vec![flight.into()]);
         }
         let settings: Vec<FlightSettings> = plans.iter().map(|plan| plan.settings).collect();
-        // Goals were planned to already: they can be.
-        let pilots = plans.iter().map(pilot).collect::<Result<Vec<_>, _>>()?;
-        let pilots: Vec<_> = pilots
-            .into_iter()
-            .map(|pilot| Mutex::new(Some(pilot)))
-            .collect();
         let bar = Progress::Stderr.bar("flying", plans.len() as u64);
-        let take = |index: usize, _: &FlightSettings| {
-            let pilot = pilots[index].lock().ok().and_then(|mut pilot| pilot.take());
-            pilot.expect("each pilot flies once")
+        let planned = |index: usize, _: &FlightSettings| {
+            pilot(&plans[index]).expect("its goals were planned to already")
         };
-        let flights = fly_all(world, &settings, take, |_| bar.inc(1))?;
+        let flights = fly_all(world, &settings, planned, |_| bar.inc(1))?;
         Ok(flights.into_iter().map(Flown::from).collect())
     }
 
@@ -215,8 +207,10 @@ impl Cmd {
             .map(|flight| Statistics::of(&flight.steps, flight.end, world.meters_per_px, side_px))
             .collect();
         let totals = Totals::of(&statistics);
-        if let (Some(path), Some(flight)) = (&self.picture, flights.first()) {
-            self.draw(world, atlas, flight, path)?;
+        if let (Some(path), Some(flight), Some(of)) =
+            (&self.picture, flights.first(), statistics.first())
+        {
+            draw(world, atlas, flight, of, path)?;
         }
         let mut out = io::stdout().lock();
         if self.json {
@@ -237,49 +231,49 @@ impl Cmd {
             _ => Ok(()),
         }
     }
+}
 
-    fn draw(
-        &self,
-        world: &World<'_>,
-        atlas: &Atlas<'_>,
-        flight: &Flown,
-        path: &Path,
-    ) -> anyhow::Result<()> {
-        let topology = atlas.topology();
-        let places: Vec<Point> = topology
-            .places()
-            .iter()
-            .map(|place| place.point())
-            .collect();
-        let legs: Vec<[usize; 2]> = (0..places.len() as u16)
-            .flat_map(|place| topology.legs(place))
-            .filter(|leg| leg.from < leg.to)
-            .map(|leg| [leg.from.into(), leg.to.into()])
-            .collect();
-        let title = format!("{}, {}", world.map.title(), flight.what);
-        let side_px = f64::from(atlas.header().footprint_px);
-        let of = Statistics::of(&flight.steps, flight.end, world.meters_per_px, side_px);
-        let caption = format!(
-            "{:.0} m in {:.0} s, median error {:.1} map pixels of a view's {side_px}",
-            of.distance_m,
-            of.duration_s,
-            of.median_error_px.unwrap_or(0.0)
-        );
-        let picture = FlightPicture {
-            map: world.map,
-            meters_per_px: world.meters_per_px,
-            footprint_px: side_px,
-            steps: &flight.steps,
-            goal: flight.goal,
-            places: &places,
-            legs: &legs,
-            title: &title,
-            caption: &caption,
-        };
-        picture
-            .write(path)
-            .with_context(|| path.display().to_string())
-    }
+/// Draws a flight over the map.
+fn draw(
+    world: &World<'_>,
+    atlas: &Atlas<'_>,
+    flight: &Flown,
+    of: &Statistics,
+    path: &Path,
+) -> anyhow::Result<()> {
+    let topology = atlas.topology();
+    let places: Vec<Point> = topology
+        .places()
+        .iter()
+        .map(|place| place.point())
+        .collect();
+    let legs: Vec<[usize; 2]> = (0..places.len() as u16)
+        .flat_map(|place| topology.legs(place))
+        .filter(|leg| leg.from < leg.to)
+        .map(|leg| [leg.from.into(), leg.to.into()])
+        .collect();
+    let title = format!("{}, {}", world.map.title(), flight.what);
+    let side_px = f64::from(atlas.header().footprint_px);
+    let caption = format!(
+        "{:.0} m in {:.0} s, median error {:.1} map pixels of a view's {side_px}",
+        of.distance_m,
+        of.duration_s,
+        of.median_error_px.unwrap_or(0.0)
+    );
+    let picture = FlightPicture {
+        map: world.map,
+        meters_per_px: world.meters_per_px,
+        footprint_px: side_px,
+        steps: &flight.steps,
+        goal: flight.goal,
+        places: &places,
+        legs: &legs,
+        title: &title,
+        caption: &caption,
+    };
+    picture
+        .write(path)
+        .with_context(|| path.display().to_string())
 }
 
 fn print(out: &mut impl Write, each: &[Statistics], totals: &Totals) -> anyhow::Result<()> {

@@ -1,5 +1,6 @@
 //! What an autopilot tells about the vehicle: heading, roll and pitch, altitude. Nothing tells where it is or how fast.
 
+use eigenmark_core::{navigator, preprocess::Pose};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -32,6 +33,23 @@ pub struct Readings {
     pub tilt_rad: Option<(f32, f32)>,
     /// Actual over nominal altitude.
     pub altitude_ratio: Option<f32>,
+}
+
+impl Readings {
+    /// The same as the core takes them, with a camera of that field of view over the side of its square. A tilt out of
+    /// the core's range is left out.
+    #[must_use]
+    pub fn for_core(self, field_of_view_rad: f32) -> navigator::Readings {
+        let tilt = |(roll_rad, pitch_rad)| {
+            let pose = Pose::NOMINAL.tilted(roll_rad, pitch_rad, field_of_view_rad);
+            pose.ok()?.tilt()
+        };
+        navigator::Readings {
+            heading_rad: self.heading_rad,
+            tilt: self.tilt_rad.and_then(tilt),
+            altitude_ratio: self.altitude_ratio,
+        }
+    }
 }
 
 impl Instruments {
@@ -133,16 +151,12 @@ mod tests {
 
     fn truth() -> Truth {
         Truth {
-            position_px: [5.0, 6.0],
             velocity_m_s: [1.0, 0.0],
             heading_rad: 3.1,
-            yaw_rad_s: 0.0,
             altitude_ratio: 1.1,
-            climb_per_s: 0.0,
             roll_rad: 0.05,
-            roll_rad_s: 0.0,
             pitch_rad: -0.04,
-            pitch_rad_s: 0.0,
+            ..Truth::still([5.0, 6.0])
         }
     }
 

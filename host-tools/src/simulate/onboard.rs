@@ -5,13 +5,12 @@ use eigenmark_core::{
     frame::Frame,
     landmark::Point,
     mission::State,
-    navigator::{self, BOARD_PLACES, BOARD_STATES, Guidance, Memory, Navigator},
-    preprocess::{Pose, Tilt},
+    navigator::{BOARD_PLACES, BOARD_STATES, Guidance, Memory, Navigator},
     route::RouteError,
     track::{Covariance, Placement},
 };
 
-use super::{CameraFrame, Command, Estimate, Pilot, Readings, Report, Sight, Truth};
+use super::{CameraFrame, Command, Estimate, Pilot, Report, Sight, Truth};
 
 type BoardMemory = Memory<BOARD_STATES, BOARD_PLACES>;
 
@@ -49,12 +48,6 @@ impl<'a> Onboard<'a> {
     pub fn guidance(&self) -> Option<&Guidance> {
         self.guidance.as_ref()
     }
-
-    /// Roll and pitch as the core takes them.
-    fn tilt(&self, (roll_rad, pitch_rad): (f32, f32)) -> Option<Tilt> {
-        let pose = Pose::NOMINAL.tilted(roll_rad, pitch_rad, self.field_of_view_rad);
-        pose.ok()?.tilt()
-    }
 }
 
 impl Pilot for Onboard<'_> {
@@ -77,25 +70,13 @@ impl Pilot for Onboard<'_> {
     }
 
     fn decide(&mut self, sight: &Sight<'_>) -> Command {
-        let Readings {
-            heading_rad,
-            tilt_rad,
-            altitude_ratio,
-        } = sight.readings;
-        let readings = navigator::Readings {
-            heading_rad,
-            tilt: tilt_rad.and_then(|tilt| self.tilt(tilt)),
-            altitude_ratio,
-        };
+        let readings = sight.readings.for_core(self.field_of_view_rad);
         let frame: Option<Frame<'_>> = sight.frame.map(CameraFrame::as_frame);
         let guidance = self
             .navigator
             .advance(frame.as_ref(), &readings, sight.step_s);
         self.guidance = Some(guidance);
-        Command {
-            heading_rad: guidance.command.heading_rad,
-            speed: guidance.command.speed,
-        }
+        guidance.command.into()
     }
 
     fn report(&self) -> Report {
@@ -105,27 +86,13 @@ impl Pilot for Onboard<'_> {
         let side_px = self.navigator.atlas().header().footprint_px;
         let placement = self.navigator.odometry().placement();
         Report {
-            estimate: guidance.estimate.map(|estimate| Estimate {
-                position: estimate.position,
-                covariance_px2: Some(estimate.covariance_px2),
-                confidence: Some(estimate.confidence),
-                confident: estimate.is_confident(),
-            }),
+            estimate: guidance.estimate.map(Estimate::from),
             odometry: Some(Point {
                 x_px: placement.x * side_px,
                 y_px: placement.y * side_px,
             }),
             fix: guidance.fix,
-            mission: Some(
-                match guidance.state {
-                    State::Boot => "boot",
-                    State::Localizing => "localizing",
-                    State::Following => "following",
-                    State::Lost => "lost",
-                    State::Arrived => "arrived",
-                }
-                .to_owned(),
-            ),
+            mission: Some(guidance.state.name().to_owned()),
             arrived: guidance.state == State::Arrived && self.navigator.goals_left() == 0,
         }
     }

@@ -7,11 +7,9 @@ use eigenmark_core::{
     frame::Frame,
     landmark::Point,
     mission::State,
-    navigator,
-    preprocess::{Pose, Tilt},
 };
 
-use super::{CameraFrame, Command, Estimate, Pilot, Readings, Report, Sight, Truth};
+use super::{CameraFrame, Command, Estimate, Pilot, Report, Sight, Truth};
 
 /// Capacities of the reference board.
 const PLACES: usize = 128;
@@ -127,12 +125,6 @@ impl Scout {
         }
     }
 
-    /// Roll and pitch as the core takes them.
-    fn tilt(&self, (roll_rad, pitch_rad): (f32, f32)) -> Option<Tilt> {
-        let pose = Pose::NOMINAL.tilted(roll_rad, pitch_rad, self.field_of_view_rad);
-        pose.ok()?.tilt()
-    }
-
     /// Notes what really happened.
     fn witness(&mut self, progress: &Progress) {
         let Some(truth) = self.truth else {
@@ -175,21 +167,12 @@ impl Pilot for Scout {
     }
 
     fn decide(&mut self, sight: &Sight<'_>) -> Command {
-        let Readings {
-            heading_rad,
-            tilt_rad,
-            altitude_ratio,
-        } = sight.readings;
-        let readings = navigator::Readings {
-            heading_rad,
-            tilt: tilt_rad.and_then(|tilt| self.tilt(tilt)),
-            altitude_ratio,
-        };
+        let readings = sight.readings.for_core(self.field_of_view_rad);
         let frame: Option<Frame<'_>> = sight.frame.map(CameraFrame::as_frame);
         if let (None, Some(_), Some(truth)) = (self.origin, frame, self.truth) {
             self.origin = Some(Origin {
                 at_px: truth.position_px,
-                up_rad: truth.heading_rad - f64::from(heading_rad.unwrap_or(0.0)),
+                up_rad: truth.heading_rad - f64::from(readings.heading_rad.unwrap_or(0.0)),
             });
         }
         let progress = self
@@ -198,10 +181,7 @@ impl Pilot for Scout {
         self.witness(&progress);
         self.progress = Some(progress);
         self.go_on(&progress);
-        Command {
-            heading_rad: progress.command.heading_rad,
-            speed: progress.command.speed,
-        }
+        progress.command.into()
     }
 
     fn report(&self) -> Report {
@@ -213,8 +193,7 @@ impl Pilot for Scout {
             position: self.on_map(estimate.position),
             // Along the chart's axes.
             covariance_px2: Some(estimate.covariance_px2.map(|square| square * px2)),
-            confidence: Some(estimate.confidence),
-            confident: estimate.is_confident(),
+            ..estimate.into()
         });
         Report {
             estimate,
@@ -224,11 +203,7 @@ impl Pilot for Scout {
                 match (progress.phase, progress.state) {
                     (Phase::Exploring { .. }, _) => "exploring",
                     (Phase::Explored, _) => "explored",
-                    (_, State::Boot) => "boot",
-                    (_, State::Localizing) => "localizing",
-                    (_, State::Following) => "following",
-                    (_, State::Lost) => "lost",
-                    (_, State::Arrived) => "arrived",
+                    (_, state) => state.name(),
                 }
                 .to_owned(),
             ),

@@ -1,6 +1,6 @@
 //! What steers, and what it thinks.
 
-use eigenmark_core::{landmark::Point, localizer::Fix};
+use eigenmark_core::{belief, landmark::Point, localizer::Fix};
 use serde::{Deserialize, Serialize};
 
 use crate::simulate::{CameraFrame, Command, Readings, Truth};
@@ -63,6 +63,17 @@ pub struct Estimate {
     pub confidence: Option<f32>,
     /// Whether the pilot relies on it.
     pub confident: bool,
+}
+
+impl From<belief::Estimate> for Estimate {
+    fn from(estimate: belief::Estimate) -> Self {
+        Self {
+            position: estimate.position,
+            covariance_px2: Some(estimate.covariance_px2),
+            confidence: Some(estimate.confidence),
+            confident: estimate.is_confident(),
+        }
+    }
 }
 
 impl Report {

@@ -6,7 +6,7 @@
 mod hull;
 mod swing;
 
-use eigenmark_core::landmark::Point;
+use eigenmark_core::{landmark::Point, mission};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use hull::{Vehicle, wrapped};
@@ -84,6 +84,15 @@ pub struct Command {
     pub speed: f32,
 }
 
+impl From<mission::Command> for Command {
+    fn from(command: mission::Command) -> Self {
+        Self {
+            heading_rad: command.heading_rad,
+            speed: command.speed,
+        }
+    }
+}
+
 /// Where the vehicle really is, and how it moves. A recording need not tell more than the position.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
@@ -124,6 +133,23 @@ fn one() -> f64 {
 }
 
 impl Truth {
+    /// Standing still and level at nominal altitude, heading map-up.
+    #[cfg(test)]
+    pub(super) fn still(position_px: [f64; 2]) -> Self {
+        Self {
+            position_px,
+            velocity_m_s: [0.0; 2],
+            heading_rad: 0.0,
+            yaw_rad_s: 0.0,
+            altitude_ratio: 1.0,
+            climb_per_s: 0.0,
+            roll_rad: 0.0,
+            roll_rad_s: 0.0,
+            pitch_rad: 0.0,
+            pitch_rad_s: 0.0,
+        }
+    }
+
     /// Where it is on the map.
     #[must_use]
     pub fn place(&self) -> Point {
