@@ -31,9 +31,8 @@ const SAME: f32 = 0.95 * window::CONTRAST;
 const ASTRAY: f32 = 4e-4;
 const ASTRAY_TURN: f32 = 1e-5;
 
-/// Variance of a turn that the compass saw while frames could not be related: 1°. Without a compass: 6°.
+/// Variance of a turn that the compass saw while frames could not be related: 1°.
 const COMPASS_TURN_VARIANCE: f32 = 0.017 * 0.017;
-const UNSEEN_TURN_VARIANCE: f32 = 0.1 * 0.1;
 
 /// What the vehicle is at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,7 +164,9 @@ where
         let mut displacement = None;
         if let Some(frame) = frame {
             displacement = self.integrate(frame, readings);
-            self.look(frame, readings);
+            if !self.odometry().is_waiting() {
+                self.look(frame, readings);
+            }
         }
         let estimate = self.has_begun.then(|| self.estimate());
         self.decide(estimate, step_s);
@@ -207,32 +208,22 @@ where
             |odometry: &Odometry| compass.map(|compass| compass - odometry.placement().heading_rad);
         match &displacement {
             Some(displacement) => {
-                self.reckoning.learn(displacement);
-                let moved = self.reckoning.take();
+                let moved = self.reckoning.learn(displacement);
                 let way = sqrt(moved.forward * moved.forward + moved.right * moved.right);
                 let variances = Vector4::new(ASTRAY, ASTRAY, ASTRAY_TURN, 0.0) * way;
                 odometry.widen(&Covariance::from_diagonal(&variances));
             }
+            None if odometry.is_waiting() => return None,
             None if is_first => {}
             None => {
                 // On as before, more or less; turned as the compass says.
-                let moved = self.reckoning.take();
-                let way = moved.forward * moved.forward + moved.right * moved.right;
-                let yaw = turned(odometry).map(|ahead| wrapped(ahead - self.compass_ahead_rad));
-                let turn_variance = match yaw {
-                    Some(_) => COMPASS_TURN_VARIANCE,
-                    None => UNSEEN_TURN_VARIANCE,
-                };
-                let variances = Vector4::new(way / 4.0, way / 4.0, turn_variance, 0.0);
-                odometry.skip(&Displacement {
-                    forward: moved.forward,
-                    right: moved.right,
-                    yaw_rad: yaw.unwrap_or(moved.yaw_rad),
-                    scale: 1.0,
-                    covariance: Covariance::from_diagonal(&variances),
-                    tracked: 0,
-                    inliers: 0,
-                });
+                self.reckoning.go_on();
+                let mut unseen = self.reckoning.settle();
+                if let Some(ahead) = turned(odometry) {
+                    unseen.yaw_rad = wrapped(ahead - self.compass_ahead_rad);
+                    unseen.covariance.m33 = COMPASS_TURN_VARIANCE;
+                }
+                odometry.skip(&unseen);
             }
         }
         if let Some(ratio) = readings.altitude_ratio {

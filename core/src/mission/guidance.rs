@@ -1,5 +1,7 @@
 //! Along a route.
 
+use core::f32::consts::{FRAC_PI_2, TAU};
+
 use super::{Command, Mission, Situation};
 use crate::{
     belief::Estimate,
@@ -66,13 +68,69 @@ impl Mission {
             aim.point.x_px - position.x_px,
             aim.point.y_px - position.y_px,
         );
-        let drift = wrapped(situation.drift_rad).clamp(-MAX_DRIFT_RAD, MAX_DRIFT_RAD);
         let lookahead = self.limits.lookahead_px.max(f32::MIN_POSITIVE);
+        let speed = (aim.left_px / lookahead).clamp(LEAST_SPEED, 1.0);
+        let now = course_of(situation);
+        let turn = wrapped(course - now);
+        let course = match self.way_inside(position) {
+            Some(inside) if turn.abs() > FRAC_PI_2 => {
+                now + FRAC_PI_2.copysign(wrapped(inside - now))
+            }
+            _ => course,
+        };
+        self.go(course, situation, speed);
+    }
+
+    /// Circles on, in ever wider circles.
+    pub(super) fn search(&mut self, situation: &Situation, position: Point) {
+        if self.searched_s == 0.0 {
+            self.course_rad = course_of(situation);
+            let inside = self
+                .way_inside(position)
+                .map(|way| wrapped(way - self.course_rad));
+            self.is_left = inside.is_some_and(|turn| turn < 0.0);
+        }
+        let circle_s = self.limits.circle_s.max(f32::MIN_POSITIVE);
+        // Of no number, the smaller is the other one.
+        let step_s = situation.step_s.max(0.0).min(circle_s);
+        self.searched_s = (self.searched_s + step_s).min(f32::MAX);
+        let turn = TAU * step_s / (circle_s + self.searched_s);
+        self.course_rad = wrapped(self.course_rad + if self.is_left { -turn } else { turn });
+        self.go(self.course_rad, situation, self.limits.searching_speed);
+    }
+
+    /// The course away from the borders of the map that are near; `None` when none is.
+    fn way_inside(&self, position: Point) -> Option<f32> {
+        let map_px = self.limits.map_px?;
+        let [right, down] = [0, 1].map(|axis| {
+            let at = if axis == 0 {
+                position.x_px
+            } else {
+                position.y_px
+            };
+            let is_near = |room: f32| room < self.limits.border_px;
+            f32::from(is_near(at)) - f32::from(is_near(map_px[axis] - at))
+        });
+        (right != 0.0 || down != 0.0).then(|| heading_of(right, down))
+    }
+
+    /// Heads into the wind so that the vehicle goes that way.
+    fn go(&mut self, course_rad: f32, situation: &Situation, speed: f32) {
         self.command = Command {
-            heading_rad: wrapped(course - drift),
-            speed: (aim.left_px / lookahead).clamp(LEAST_SPEED, 1.0),
+            heading_rad: wrapped(course_rad - drift_of(situation)),
+            speed,
         };
     }
+}
+
+/// Drift angle as far as it is held against.
+fn drift_of(situation: &Situation) -> f32 {
+    wrapped(situation.drift_rad).clamp(-MAX_DRIFT_RAD, MAX_DRIFT_RAD)
+}
+
+/// The present course over ground.
+fn course_of(situation: &Situation) -> f32 {
+    wrapped(situation.heading_rad) + drift_of(situation)
 }
 
 /// A share of a leg from its start, with more of the route after it.

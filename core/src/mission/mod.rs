@@ -19,7 +19,9 @@
 //! [`lookahead`](Limits::lookahead_px) ahead of where the vehicle is beside it, around corners, too. The heading that is
 //! commanded is that course less the drift angle, by which the vehicle was seen to go aside of its heading: wind is held
 //! against without knowing it. A vehicle that is farther from its leg than [`off_leg`](Limits::off_leg_px) takes the way
-//! from the place it is nearest to. Whoever does not know where it is flies on slowly: what it sees next may tell.
+//! from the place it is nearest to. Whoever does not know where it is flies slowly in circles over the ground, each a bit
+//! wider than the one before, which the wind does not carry off: what it sees there may tell. Near a border of the map,
+//! long turns are flown the way that leads past its inside.
 //!
 //! **Units.** Headings in radians, clockwise from map-up; speeds as a share of the cruising speed.
 
@@ -99,6 +101,12 @@ pub struct Limits {
     pub patience_s: f32,
     /// Speed without knowing where it is, as a share of the cruising speed.
     pub searching_speed: f32,
+    /// How long the first circle takes then, in seconds.
+    pub circle_s: f32,
+    /// Width and height of the map that the vehicle is to stay on, in map pixels; `None` when there is no such map.
+    pub map_px: Option<[f32; 2]>,
+    /// Nearer to the map's borders than this, turns are flown away from them, in map pixels.
+    pub border_px: f32,
 }
 
 /// A mission: its state, and what it remembers.
@@ -109,12 +117,18 @@ pub struct Mission {
     leg: Option<Leg>,
     /// Since the last confident estimate, in seconds.
     unsure_s: f32,
+    /// How long it has searched, in seconds.
+    searched_s: f32,
+    /// Course over ground that is aimed at while it searches, in radians clockwise from map-up.
+    course_rad: f32,
+    /// Whether it searches in circles to the left.
+    is_left: bool,
     command: Command,
 }
 
 impl Limits {
-    /// What suits views whose footprint has that side, in map pixels: half a side ahead, one side off, a quarter to
-    /// arrive.
+    /// What suits views whose footprint has that side, in map pixels, on no map in particular: half a side ahead, one side
+    /// off, a quarter to arrive.
     #[must_use]
     pub fn for_footprint(footprint_px: f32) -> Self {
         Self {
@@ -122,7 +136,19 @@ impl Limits {
             off_leg_px: footprint_px,
             arrival_px: footprint_px / 4.0,
             patience_s: 5.0,
-            searching_speed: 0.4,
+            searching_speed: 0.5,
+            circle_s: 60.0,
+            map_px: None,
+            border_px: 0.75 * footprint_px,
+        }
+    }
+
+    /// The same on a map of that width and height, in map pixels.
+    #[must_use]
+    pub fn on_map(self, (width_px, height_px): (u32, u32)) -> Self {
+        Self {
+            map_px: Some([width_px as f32, height_px as f32]),
+            ..self
         }
     }
 }
@@ -136,6 +162,9 @@ impl Mission {
             state: State::Boot,
             leg: None,
             unsure_s: 0.0,
+            searched_s: 0.0,
+            course_rad: 0.0,
+            is_left: false,
             command: Command {
                 heading_rad: 0.0,
                 speed: 0.0,
@@ -246,14 +275,11 @@ impl Mission {
                 self.command.speed = 0.0;
             }
             State::Localizing | State::Lost => {
-                // On as it was going, slowly.
-                if self.command.speed == 0.0 {
-                    self.command.heading_rad = situation.heading_rad;
-                }
                 self.leg = None;
-                self.command.speed = self.limits.searching_speed;
+                self.search(situation, estimate.position);
             }
             State::Following => {
+                self.searched_s = 0.0;
                 self.choose(estimate.position, map, router);
                 match self.leg {
                     Some(leg) => {

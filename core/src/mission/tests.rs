@@ -2,6 +2,8 @@
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
+use std::vec::Vec;
+
 use super::*;
 use crate::{
     math::{heading_of, wrapped},
@@ -13,7 +15,10 @@ const LIMITS: Limits = Limits {
     off_leg_px: 100.0,
     arrival_px: 25.0,
     patience_s: 2.0,
-    searching_speed: 0.4,
+    searching_speed: 0.5,
+    circle_s: 20.0,
+    map_px: Some([1000.0, 1000.0]),
+    border_px: 75.0,
 };
 
 /// Four places in a row to the right, 200 pixels apart, and legs between neighbours.
@@ -96,14 +101,94 @@ fn a_mission_takes_every_arrow_of_its_diagram() {
 }
 
 #[test]
-fn who_does_not_know_flies_on_slowly() {
+fn who_does_not_know_flies_in_widening_circles() {
     let (map, router) = world();
-    let mission = Mission::new(LIMITS).step(&at(120.0, 510.0, 0.2), &map, &router);
-    let expected = Command {
-        heading_rad: 1.0,
-        speed: 0.4,
+    let mut mission = Mission::new(LIMITS);
+    let (mut turned, mut farthest, mut laps) = (0.0, 0.0_f32, Vec::new());
+    // A wind to the right of half the airspeed, which is 10 map pixels a second.
+    let (mut x, mut y, mut course) = (0.0_f32, 0.0_f32, 0.0);
+    let mut drift = 0.0;
+    for step in 0..2000 {
+        let unsure = at(500.0, 500.0, 0.2);
+        let situation = Situation {
+            step_s: 0.1,
+            heading_rad: 0.0,
+            drift_rad: drift,
+            ..unsure
+        };
+        mission = mission.step(&situation, &map, &router);
+        let Command { heading_rad, speed } = mission.command();
+        assert_eq!((mission.state(), speed), (State::Localizing, 0.5));
+        let (right, down) = (
+            20.0 * speed * heading_rad.sin() + 5.0,
+            -20.0 * speed * heading_rad.cos(),
+        );
+        (x, y) = (x + 0.1 * right, y + 0.1 * down);
+        drift = wrapped(heading_of(right, down) - heading_rad);
+        let next = heading_of(right, down);
+        if step > 0 {
+            turned += wrapped(next - course);
+        }
+        course = next;
+        farthest = farthest.max(x.hypot(y));
+        if turned > 2.0 * PI {
+            turned -= 2.0 * PI;
+            laps.push((step as f32 / 10.0, farthest));
+        }
+    }
+    let (first_s, first_px) = laps[0];
+    assert!(first_s > LIMITS.circle_s && first_s < 2.0 * LIMITS.circle_s);
+    assert!(first_px < 10.0 * first_s / PI, "{laps:?}");
+    assert!(
+        laps[1].0 > 2.2 * first_s && laps[1].1 > 1.1 * first_px,
+        "{laps:?}"
+    );
+    // It goes back to its leg as soon as it knows where it is.
+    let sure = mission.step(&at(120.0, 510.0, 1.0), &map, &router);
+    assert_eq!(sure.state(), State::Following);
+    // Numbers that are none do no harm.
+    for odd in [f32::NAN, f32::INFINITY, -1.0, 1e30] {
+        let situation = Situation {
+            step_s: odd,
+            drift_rad: odd,
+            ..at(500.0, 500.0, 0.2)
+        };
+        let command = mission.step(&situation, &map, &router).command();
+        assert_eq!(command.speed, 0.5);
+    }
+}
+
+#[test]
+fn near_a_border_turns_lead_past_the_inside() {
+    let (map, router) = world();
+    let commanded = |situation: &Situation, limits: Limits| {
+        let mission = Mission::new(limits).step(situation, &map, &router);
+        wrapped(mission.command().heading_rad - situation.heading_rad)
     };
-    assert_eq!(mission.command(), expected);
+    // The nearest place is behind, to the left; nearer still is the border, 40 pixels ahead.
+    let out = Situation {
+        heading_rad: 0.2,
+        ..at(900.0, 40.0, 1.0)
+    };
+    let nowhere = Limits {
+        map_px: None,
+        ..LIMITS
+    };
+    assert!(commanded(&out, nowhere) < -2.5);
+    assert!((commanded(&out, LIMITS) - FRAC_PI_2).abs() < 1e-5);
+    let farther = Situation {
+        estimate: at(900.0, 80.0, 1.0).estimate,
+        ..out
+    };
+    assert!(commanded(&farther, LIMITS) < -2.5);
+    // Who searches there begins with a turn to the inside.
+    for (heading_rad, is_left) in [(FRAC_PI_2, false), (-FRAC_PI_2, true)] {
+        let unsure = Situation {
+            heading_rad,
+            ..at(500.0, 40.0, 0.2)
+        };
+        assert_eq!(commanded(&unsure, LIMITS) < 0.0, is_left);
+    }
 }
 
 #[test]

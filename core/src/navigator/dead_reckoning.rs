@@ -11,21 +11,22 @@ const OVERDUE_S: f32 = 0.5;
 /// Speeds are means over about this time, in seconds: longer than the camera swings.
 const SMOOTH_S: f32 = 2.0;
 
-/// The speed of the last displacement, and the time since.
+/// How fast the vehicle was seen to move, and where it must have got to since.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct DeadReckoning {
     /// Forward and right, in sides per second: a mean over about [`SMOOTH_S`].
     smooth: [f32; 2],
     /// Turn, in radians per second.
     yaw_rate: f32,
-    /// Since the last displacement that was taken, in seconds.
+    /// Since the vehicle was last taken to be elsewhere, in seconds.
     since_s: f32,
-    /// What was seen, and not taken yet.
-    seen: Option<Moved>,
+    /// How long it has gone on unseen before that, in seconds, and how far.
+    unseen_s: f32,
+    unseen: Moved,
 }
 
 /// A displacement in the vehicle's axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moved {
     /// In sides.
     pub forward: f32,
@@ -35,22 +36,16 @@ pub(crate) struct Moved {
     pub yaw_rad: f32,
 }
 
-/// Variance of a turn that was not seen, in squared radians: 3°.
-const UNSEEN_TURN_RAD2: f32 = 0.05 * 0.05;
+/// Standard deviation of turns (in radians) and climbs (in shares of the altitude) that were not seen, per second.
+const UNSEEN_PER_S: f32 = 0.1;
 
 impl Moved {
-    /// As a displacement that nobody saw: half of it may be wrong.
-    pub fn unseen(&self) -> Displacement {
-        let way = self.forward * self.forward + self.right * self.right;
-        let variances = [way / 4.0, way / 4.0, UNSEEN_TURN_RAD2, UNSEEN_TURN_RAD2];
-        Displacement {
-            forward: self.forward,
-            right: self.right,
-            yaw_rad: self.yaw_rad,
-            scale: 1.0,
-            covariance: Covariance::from_diagonal(&variances.into()),
-            tracked: 0,
-            inliers: 0,
+    /// Both; or one less the other, with a sign of −1. Turns in between are small.
+    fn plus(self, other: Self, sign: f32) -> Self {
+        Self {
+            forward: self.forward + sign * other.forward,
+            right: self.right + sign * other.right,
+            yaw_rad: self.yaw_rad + sign * other.yaw_rad,
         }
     }
 }
@@ -68,19 +63,20 @@ impl DeadReckoning {
         self.since_s >= OVERDUE_S
     }
 
-    /// A displacement was seen since the last one that was taken.
-    pub fn learn(&mut self, displacement: &Displacement) {
+    /// Learns from a displacement that was seen, and says what of it the vehicle is not yet taken to have moved.
+    pub fn learn(&mut self, displacement: &Displacement) -> Moved {
         let moved = Moved {
             forward: displacement.forward,
             right: displacement.right,
             yaw_rad: displacement.yaw_rad,
         };
-        if self.since_s > 0.0 {
-            let share = (self.since_s / SMOOTH_S).min(1.0);
+        let elapsed_s = self.unseen_s + self.since_s;
+        if elapsed_s > 0.0 {
+            let share = (elapsed_s / SMOOTH_S).min(1.0);
             for (smooth, way) in self.smooth.iter_mut().zip([moved.forward, moved.right]) {
-                *smooth += share * (way / self.since_s - *smooth);
+                *smooth += share * (way / elapsed_s - *smooth);
             }
-            self.yaw_rate = moved.yaw_rad / self.since_s;
+            self.yaw_rate = moved.yaw_rad / elapsed_s;
             // After numbers that are none it begins anew.
             if !(self.smooth[0].is_finite() && self.smooth[1].is_finite()) {
                 self.smooth = [0.0; 2];
@@ -89,7 +85,8 @@ impl DeadReckoning {
                 self.yaw_rate = 0.0;
             }
         }
-        self.seen = Some(moved);
+        self.since_s = 0.0;
+        moved.plus(self.forget_unseen(), -1.0)
     }
 
     /// Course over ground less heading, in radians.
@@ -98,16 +95,42 @@ impl DeadReckoning {
         heading_of(right, -forward)
     }
 
-    /// How the vehicle moved since the last time: as it was seen to, or on as before.
-    pub fn take(&mut self) -> Moved {
+    /// How the vehicle moved since the last time that it was asked, on as before. A displacement that is seen later may
+    /// correct it.
+    pub fn go_on(&mut self) -> Moved {
         let [forward, right] = self.smooth.map(|rate| rate * self.since_s);
-        let yaw_rad = self.yaw_rate * self.since_s;
-        self.since_s = 0.0;
-        self.seen.take().unwrap_or(Moved {
+        let moved = Moved {
             forward,
             right,
-            yaw_rad,
-        })
+            yaw_rad: self.yaw_rate * self.since_s,
+        };
+        self.unseen_s += core::mem::take(&mut self.since_s);
+        self.unseen = self.unseen.plus(moved, 1.0);
+        moved
+    }
+
+    /// All that it has gone on since the last displacement, when nothing of it will be seen any more: half of it may be
+    /// wrong.
+    pub fn settle(&mut self) -> Displacement {
+        let unseen_s = self.unseen_s;
+        let moved = self.forget_unseen();
+        let way = moved.forward * moved.forward + moved.right * moved.right;
+        let turn = UNSEEN_PER_S * UNSEEN_PER_S * unseen_s * unseen_s;
+        let variances = [way / 4.0, way / 4.0, turn, turn];
+        Displacement {
+            forward: moved.forward,
+            right: moved.right,
+            yaw_rad: moved.yaw_rad,
+            scale: 1.0,
+            covariance: Covariance::from_diagonal(&variances.into()),
+            tracked: 0,
+            inliers: 0,
+        }
+    }
+
+    fn forget_unseen(&mut self) -> Moved {
+        self.unseen_s = 0.0;
+        core::mem::take(&mut self.unseen)
     }
 }
 
@@ -120,21 +143,21 @@ mod tests {
         let mut reckoning = DeadReckoning::default();
         reckoning.wait(1.0);
         reckoning.wait(1.0);
-        reckoning.learn(&Displacement {
-            forward: 0.04,
+        let seen = |forward| Displacement {
+            forward,
             right: -0.02,
             yaw_rad: 0.1,
             scale: 1.0,
             covariance: Covariance::zeros(),
             tracked: 20,
             inliers: 20,
-        });
-        assert_eq!(reckoning.take().forward, 0.04);
+        };
+        assert_eq!(reckoning.learn(&seen(0.04)).forward, 0.04);
         reckoning.wait(0.3);
         assert!(!reckoning.is_overdue());
         reckoning.wait(0.2);
         assert!(reckoning.is_overdue());
-        let moved = reckoning.take();
+        let moved = reckoning.go_on();
         for (found, expected) in [
             (moved.forward, 0.01),
             (moved.right, -0.005),
@@ -143,5 +166,15 @@ mod tests {
             assert!((found - expected).abs() < 1e-6);
         }
         assert!(!reckoning.is_overdue());
+        // What is seen then is counted once, and at the rate of all that time.
+        reckoning.wait(1.5);
+        let rest = reckoning.learn(&seen(0.06));
+        assert!((rest.forward - 0.05).abs() < 1e-6, "{rest:?}");
+        reckoning.wait(1.0);
+        assert!((reckoning.go_on().forward - 0.03).abs() < 1e-6);
+        let unseen = reckoning.settle();
+        assert!((unseen.forward - 0.03).abs() < 1e-6);
+        assert!((unseen.covariance.m33 - 0.01).abs() < 1e-6);
+        assert_eq!(reckoning.settle().forward, 0.0);
     }
 }

@@ -54,17 +54,18 @@ const CARRIED_AWAY: f32 = 1e-4;
 const CARRIED_AWAY_IF_UNRELATED: f32 = 0.3;
 
 /// Way after which frames are independent of each other, as a share of a view's side, and the least worth of one.
-const INDEPENDENT: f32 = 0.15;
-const LEAST_WORTH: f32 = 0.1;
+const INDEPENDENT: f32 = 0.1;
+const LEAST_WORTH: f32 = 0.05;
 
 /// How wrong a compass is believed to be at most, where landmarks were stored at several headings: 15°.
 const COMPASS_TOLERANCE_RAD: f32 = 15.0_f32.to_radians();
 
 /// Variances of a compass (6°, in squared radians) and of an altimeter (3 %, relative), and for how long their errors stay
-/// alike, in seconds: of what they say meanwhile, all together counts once.
+/// alike, in seconds: of what they say meanwhile, all together counts once. That is twice the time that a walking error
+/// takes to forget where it was.
 const COMPASS_VARIANCE: f32 = 0.1 * 0.1;
 pub(crate) const ALTIMETER_VARIANCE: f32 = 0.03 * 0.03;
-pub(crate) const ALIKE_FOR_S: f32 = 60.0;
+pub(crate) const ALIKE_FOR_S: f32 = 120.0;
 
 /// What the instruments say when a frame is taken; what is missing is `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -141,7 +142,8 @@ where
     pub fn new(atlas: Atlas<'a>, mut memory: M) -> Self {
         memory.belief.begin(&atlas);
         memory.odometry = Odometry::new();
-        let limits = Limits::for_footprint(atlas.header().footprint_px);
+        let header = atlas.header();
+        let limits = Limits::for_footprint(header.footprint_px).on_map(header.map_px);
         Self {
             localizer: Localizer::new(atlas),
             memory,
@@ -214,18 +216,21 @@ where
         if let Some(frame) = frame {
             displacement = self.memory.odometry.advance(frame, readings.tilt);
             self.correct(readings, step_s);
-            self.has_seen = true;
         }
         let heading_rad = self.heading(readings);
-        if let Some(motion) = self.motion(frame.is_some(), displacement.as_ref(), footprint_px) {
+        // A frame that is passed over says nothing yet.
+        let is_taken = frame.is_some() && !self.memory.odometry.is_waiting();
+        let is_unrelated = is_taken && displacement.is_none();
+        if let Some(motion) = self.motion(is_unrelated, displacement.as_ref(), footprint_px) {
             self.memory.belief.predict(&motion, heading_rad);
         }
+        self.has_seen |= frame.is_some();
         if let Some(compass) = readings.heading_rad {
             self.memory.belief.gate(compass, COMPASS_TOLERANCE_RAD);
         }
         if let Some(frame) = frame {
             fix = self.locate(frame, readings, heading_rad);
-            if fix.is_some() {
+            if is_taken && fix.is_some() {
                 let observation = Observation {
                     independent_px: INDEPENDENT * footprint_px,
                     least_worth: LEAST_WORTH,
@@ -322,24 +327,28 @@ where
     /// How the belief is to move; `None` while there is nothing to move it for.
     fn motion(
         &mut self,
-        has_frame: bool,
+        is_unrelated: bool,
         displacement: Option<&Displacement>,
         footprint_px: f32,
     ) -> Option<Motion> {
         let (moved, variance, carried_away) = match displacement {
             Some(displacement) => {
-                self.reckoning.learn(displacement);
+                let moved = self.reckoning.learn(displacement);
                 let covariance = displacement.covariance;
                 let seen = (covariance.m11 + covariance.m22) / 2.0;
-                (self.reckoning.take(), seen, CARRIED_AWAY)
+                (moved, seen, CARRIED_AWAY)
             }
             // Gone on as before, more or less.
-            None if has_frame || self.reckoning.is_overdue() => {
-                let moved = self.reckoning.take();
-                if has_frame {
-                    self.memory.odometry.skip(&moved.unseen());
-                }
+            None if is_unrelated || self.reckoning.is_overdue() => {
+                let moved = self.reckoning.go_on();
                 let way = moved.forward * moved.forward + moved.right * moved.right;
+                if is_unrelated {
+                    let unseen = self.reckoning.settle();
+                    // Before the first frame nothing was known to move.
+                    if self.has_seen {
+                        self.memory.odometry.skip(&unseen);
+                    }
+                }
                 (moved, way / 4.0, CARRIED_AWAY_IF_UNRELATED)
             }
             None => return None,

@@ -15,7 +15,8 @@
 //!    middle, where coarse levels reach, tell those near the border by how much that was wrong.
 //! 2. Positions are levelled by the tilt that is told (`ground`), and the pose is the similarity that takes most of them
 //!    to their anchors (`similarity`). When fewer than 60 % of what was found agree, everything is looked for once more
-//!    where it was before; then the frame is refused.
+//!    where it was before; then the frame is refused. One bad frame is passed over; after two in a row, the latter is
+//!    where tracking begins anew.
 //! 3. When corners moved by more than six pixels on average, the vehicle turned, or few corners are left, the frame
 //!    becomes the one that is tracked from, and gaps are filled with new corners (`corner`), which get anchors.
 //!

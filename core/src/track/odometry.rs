@@ -55,6 +55,8 @@ pub struct Odometry {
     common: Covariance,
     /// Of the vehicle's place among the anchors.
     fit: Covariance,
+    /// The last frame could not be related to the one that is tracked from; the next one may be.
+    is_waiting: bool,
 }
 
 const _: () = assert!(size_of::<Odometry>() <= 68 * 1024);
@@ -73,6 +75,7 @@ impl Odometry {
             motion: None,
             common: ZERO,
             fit: ZERO,
+            is_waiting: false,
         }
     }
 
@@ -91,20 +94,28 @@ impl Odometry {
 
     /// Takes in the next frame. `tilt` is what is known of roll and pitch when it was taken.
     ///
-    /// `None` when it cannot be related to the one before: it is the first, of another size, flat, torn, or shows
-    /// somewhere else. The placement stays, the frame is what the next is related to, and the caller may
-    /// [`skip`](Self::skip) what is known of the displacement otherwise.
+    /// `None` when it cannot be related to those before: it is the first, of another size, flat, torn, or shows somewhere
+    /// else. The placement stays. One such frame may only be a bad one: it is passed over, and the next frame's
+    /// displacement is that since the frame before it ([`is_waiting`](Self::is_waiting)). When the next one cannot be
+    /// related either, it is what later frames are related to, and the caller may [`skip`](Self::skip) what is known of
+    /// the displacement otherwise.
     #[inline(never)]
     pub fn advance(&mut self, frame: &Frame<'_>, tilt: Option<Tilt>) -> Option<Displacement> {
         let base = Level::of(frame);
         let square_px = frame.square_side();
         let ground = Ground::new(square_px, base.side, tilt);
-        let displacement = if self.frames.present(&base, square_px) {
+        let is_alike = self.frames.present(&base, square_px);
+        let displacement = if is_alike {
             self.track(&base, &ground)
         } else {
             None
         };
+        let was_waiting = core::mem::take(&mut self.is_waiting);
         if displacement.is_none() {
+            if is_alike && !was_waiting && self.tracks.are_enough() {
+                self.is_waiting = true;
+                return None;
+            }
             self.tracks.clear();
             self.motion = None;
             self.common += self.fit;
@@ -114,6 +125,12 @@ impl Odometry {
             self.renew(&base, square_px, &ground);
         }
         displacement
+    }
+
+    /// Whether the last frame was passed over: the next one may still be related to those before it.
+    #[must_use]
+    pub fn is_waiting(&self) -> bool {
+        self.is_waiting
     }
 
     /// Where the vehicle is.
@@ -136,7 +153,8 @@ impl Odometry {
 
     /// Takes in a displacement that was not seen: dead reckoning, after [`advance`](Self::advance) gave `None`.
     ///
-    /// Does nothing and says `false` when a number is not finite, the scale not positive, or a variance negative.
+    /// Does nothing and says `false` when a number is not finite, the scale not positive, or a variance negative, and
+    /// while it [waits](Self::is_waiting): the next frame may show that displacement.
     pub fn skip(&mut self, displacement: &Displacement) -> bool {
         let d = displacement;
         let step = Placement {
@@ -145,7 +163,7 @@ impl Odometry {
             heading_rad: d.yaw_rad,
             altitude_ratio: d.scale,
         };
-        if !step.is_valid() || !is_covariance(&d.covariance) {
+        if self.is_waiting || !step.is_valid() || !is_covariance(&d.covariance) {
             return false;
         }
         // Lengths are not those of the ground at this altitude: only the heading turns them.

@@ -62,6 +62,11 @@ impl Tracks {
         self.tracks.clear();
     }
 
+    /// Whether there are as many as must agree.
+    pub fn are_enough(&self) -> bool {
+        self.tracks.len() >= MIN_INLIERS
+    }
+
     /// Moves all anchors.
     pub fn move_anchors(&mut self, by: &Similarity) {
         for track in &mut self.tracks {

@@ -204,23 +204,37 @@ fn a_kidnapped_vehicle_is_noticed_and_goes_on() {
             ..here
         };
         let before = odometry.placement();
-        assert!(there.show(&mut odometry).is_none(), "{way} sides away");
-        assert_eq!(odometry.placement(), before);
+        for is_waiting in [true, false] {
+            assert!(there.show(&mut odometry).is_none(), "{way} sides away");
+            assert_eq!(odometry.is_waiting(), is_waiting);
+            assert_eq!(odometry.placement(), before);
+        }
         there.show(&mut odometry).expect("the same place again");
     }
 }
 
 #[test]
-fn torn_frames_are_refused() {
+fn torn_frames_are_passed_over() {
     let mut odometry = new();
     let here = Sight::new(120);
     here.show(&mut odometry);
     let here = moved(here);
     here.show(&mut odometry).expect("overlaps");
     // Below, there is still the frame of before.
-    let mut torn = moved(here).pixels();
+    let next = moved(here);
+    let mut torn = next.pixels();
     torn[60 * 120..].copy_from_slice(&here.pixels()[60 * 120..]);
     assert!(show(&mut odometry, 120, &torn, None).is_none());
+    assert!(odometry.is_waiting());
+    assert!(!odometry.skip(&still()), "it may still be seen");
+    // The next frame says how the vehicle moved since the one before.
+    let after = moved(next);
+    let displacement = after.show(&mut odometry).expect("overlaps");
+    assert!(!odometry.is_waiting());
+    assert_close(errors(&odometry, &after), 1.0);
+    let way = f64::from(displacement.forward).hypot(displacement.right.into());
+    let [x, y] = [0, 1].map(|axis| after.place[axis] - here.place[axis]);
+    assert!((way - x.hypot(y)).abs() < 0.005, "{way}");
 }
 
 #[test]
@@ -427,7 +441,9 @@ fn dead_reckoning_bridges_what_is_not_seen() {
         altitude_ratio: 1.1,
         ..start
     };
-    assert!(there.show(&mut odometry).is_none());
+    for _ in 0..2 {
+        assert!(there.show(&mut odometry).is_none());
+    }
     let covariance = Covariance::from_diagonal(&[0.04, 0.01, 1e-4, 1e-4].into());
     assert!(odometry.skip(&Displacement {
         forward: 2.0,
