@@ -11,6 +11,7 @@
 //! down. Without a frame, or when a frame cannot be related to the one before, the vehicle is taken to move on as it did.
 
 pub(crate) mod dead_reckoning;
+mod digest;
 #[cfg(test)]
 mod tests;
 
@@ -32,11 +33,13 @@ use crate::{
 
 use dead_reckoning::DeadReckoning;
 
+pub use digest::digest;
+
 /// States of the belief that the reference board has room for, beside all the rest.
-pub const BOARD_STATES: usize = 5120;
+pub const BOARD_STATES: usize = 4992;
 
 /// Places that the reference board has room for.
-pub const BOARD_PLACES: usize = 512;
+pub const BOARD_PLACES: usize = 448;
 
 /// Goals that can be given at once.
 pub const MAX_GOALS: usize = 32;

@@ -3,7 +3,7 @@
 //! For QEMU with `-icount shift=0`, where an instruction takes a nanosecond and SysTick counts 168 MHz: a tick is
 //! 1/0.168 instructions. Calls are repeated so that the tick does not matter, and the empty loop is taken off.
 //! The first atlas is the report's table of all views; a second one, if there, has more landmarks. With a dense table
-//! in the first slot, only matching among [`DENSE`] landmarks is measured.
+//! in the first slot, only matching among [`DENSE`] landmarks is measured; with one that has places, only flying by it.
 
 #![no_std]
 #![no_main]
@@ -13,18 +13,20 @@ use core::{hint::black_box, iter::once};
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use eigenmark_core::{
     atlas::Atlas,
+    belief::{Belief, Motion, Observation},
     eigenspace::{Coefficients, MAX_DIMENSIONS},
     explore::{Growth, IncrementalPca},
     frame::Frame,
     landmark::Width,
     localizer::Localizer,
+    navigator::{BOARD_PLACES, BOARD_STATES, Memory, Navigator, Readings},
     preprocess::{Pose, PoseError, View, level, reduce},
     track::{MAX_TRACKS, Odometry, Placement, see_ground},
 };
 use eigenmark_firmware::{
     atlas_region::{self, Slot},
     board::{Board, CORE_HZ},
-    fail, succeed,
+    fail, stack, succeed,
 };
 use static_cell::ConstStaticCell;
 
@@ -40,24 +42,37 @@ static VIEWS: [[u8; 400]; 28] = test_views();
 /// Side of the frames that are tracked, in pixels.
 const TRACKED_PX: u16 = 200;
 
-static ODOMETRY: ConstStaticCell<Odometry> = ConstStaticCell::new(Odometry::new());
+/// Sides of the frames that are flown by.
+const FLOWN_PX: (u16, u16) = (160, 120);
 
-/// What there is no room for at the same time.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "both are large, and there is one"
-)]
+/// Frames that are flown by, of which the costliest counts.
+const FLOWN_FRAMES: u16 = 12;
+
+/// Time between frames, in seconds.
+const STEP_S: f32 = 0.033;
+
+/// What there is no room for at the same time. Nothing is all zeros, so that no copy of the rest is in flash.
+#[expect(clippy::large_enum_variant, reason = "all are large, and there is one")]
+#[repr(u8)]
 enum Room {
+    Nothing,
     Eigenspace(IncrementalPca<400, 16>),
-    Frame(Pixels),
+    Frames(
+        Odometry,
+        Pixels<{ TRACKED_PX as usize * TRACKED_PX as usize }>,
+    ),
+    Belief(Belief<BOARD_STATES>),
+    Flight(
+        Memory<BOARD_STATES, BOARD_PLACES>,
+        Pixels<{ FLOWN_PX.0 as usize * FLOWN_PX.1 as usize }>,
+    ),
 }
 
-/// Pixels of the largest frame, at a whole word as a camera's are.
+/// Pixels of a frame, at a whole word as a camera's are.
 #[repr(align(4))]
-struct Pixels([u8; TRACKED_PX as usize * TRACKED_PX as usize]);
+struct Pixels<const LEN: usize>([u8; LEN]);
 
-static ROOM: ConstStaticCell<Room> =
-    ConstStaticCell::new(Room::Eigenspace(IncrementalPca::new(Growth::Fixed)));
+static ROOM: ConstStaticCell<Room> = ConstStaticCell::new(Room::Nothing);
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -67,18 +82,30 @@ fn main() -> ! {
         fail()
     };
     let mut meter = Meter::new(board.systick);
+    let room = ROOM.take();
+    if !atlas.topology().is_empty() {
+        *room = Room::Belief(Belief::new());
+        if let Room::Belief(belief) = room {
+            believe(&mut meter, &atlas, belief);
+        }
+        *room = Room::Flight(Memory::new(), Pixels([0; _]));
+        if let Room::Flight(memory, Pixels(pixels)) = room {
+            navigate(&mut meter, atlas, memory, pixels);
+        }
+        succeed()
+    }
     if atlas.landmarks().len() > DENSE as usize / 4 {
         match_dense(&mut meter, &atlas);
         succeed()
     }
-    let room = ROOM.take();
+    *room = Room::Eigenspace(IncrementalPca::new(Growth::Fixed));
     if let Room::Eigenspace(eigenspace) = room {
         explore(&mut meter, eigenspace);
     }
-    *room = Room::Frame(Pixels([0; _]));
-    if let Room::Frame(Pixels(pixels)) = room {
+    *room = Room::Frames(Odometry::new(), Pixels([0; _]));
+    if let Room::Frames(odometry, Pixels(pixels)) = room {
         locate(&mut meter, atlas, pixels);
-        track(&mut meter, ODOMETRY.take(), pixels);
+        track(&mut meter, odometry, pixels);
     }
     succeed()
 }
@@ -192,19 +219,136 @@ fn track(meter: &mut Meter, odometry: &mut Odometry, pixels: &mut [u8]) {
     print(format_args!("{}_lost", name), ticks, 1);
 }
 
-fn match_dense(meter: &mut Meter, atlas: &Atlas<'_>) {
-    let table = atlas.landmarks();
-    let k = atlas.eigenspace().dimensions();
-    let width = match table.width() {
+/// Every step of a belief over an atlas.
+#[inline(never)]
+fn believe(meter: &mut Meter, atlas: &Atlas<'_>, belief: &mut Belief<BOARD_STATES>) {
+    belief.begin(atlas);
+    let states = belief.cells().states();
+    let side_px = belief.cells().side_px();
+    // By a cell, and as uncertain as spreads at all, or as much as is done at once.
+    let motion = Motion {
+        forward_px: side_px,
+        right_px: side_px,
+        yaw_rad: 0.02,
+        variance_px2: 0.06 * side_px * side_px,
+        variance_rad2: 1e-6,
+        carried_away: 1e-4,
+    };
+    meter.measure(format_args!("belief_predict_{states}"), 5, || {
+        belief.predict(black_box(&motion), black_box(0.0));
+    });
+    let far = Motion {
+        variance_px2: 100.0 * side_px * side_px,
+        ..motion
+    };
+    meter.measure(format_args!("belief_predict_{states}_spread"), 5, || {
+        belief.predict(black_box(&far), black_box(0.0));
+    });
+    let (k, landmarks) = (atlas.eigenspace().dimensions(), atlas.landmarks().len());
+    let Some(coefficients) = middle_landmark(atlas) else {
+        fail()
+    };
+    let observation = Observation {
+        independent_px: atlas.header().footprint_px,
+        least_worth: 0.1,
+    };
+    let name = format_args!("belief_observe_{landmarks}_{k}{}_{states}", width(atlas));
+    meter.measure(name, 5, || {
+        belief.observe(atlas, black_box(&coefficients), &observation);
+    });
+    let footprint_px = atlas.header().footprint_px;
+    meter.measure(format_args!("belief_estimate_{states}"), 5, || {
+        black_box(belief.estimate(black_box(footprint_px)));
+    });
+}
+
+/// A whole step from a frame to a command: the costliest of a flight, then one after the vehicle was carried away.
+#[inline(never)]
+fn navigate(
+    meter: &mut Meter,
+    atlas: Atlas<'_>,
+    memory: &mut Memory<BOARD_STATES, BOARD_PLACES>,
+    pixels: &mut [u8],
+) {
+    let (landmarks, k) = (atlas.landmarks().len(), atlas.eigenspace().dimensions());
+    let (width, goal) = (width(&atlas), atlas.topology().len() - 1);
+    let mut navigator = Navigator::new(atlas, memory);
+    if navigator.go(&[goal as u16]).is_err() {
+        fail()
+    }
+    let Some(tilt) = test_pose().ok().and_then(|pose| pose.tilt()) else {
+        fail()
+    };
+    let mut see = |x: f32| {
+        let placement = Placement {
+            x,
+            y: -x / 2.0,
+            heading_rad: 0.3 + x / 8.0,
+            altitude_ratio: 1.05,
+        };
+        see_ground(&placement, FLOWN_PX.0, pixels);
+        let (width, height) = FLOWN_PX;
+        let Ok(frame) = Frame::new(pixels, width, height, width.into()) else {
+            fail()
+        };
+        let readings = Readings {
+            heading_rad: Some(placement.heading_rad),
+            tilt: Some(tilt),
+            altitude_ratio: Some(placement.altitude_ratio),
+        };
+        let mut guidance = None;
+        let ticks = meter.once(|| {
+            guidance = Some(navigator.advance(black_box(Some(&frame)), &readings, STEP_S));
+        });
+        let Some(guidance) = guidance.filter(|guidance| guidance.fix.is_some()) else {
+            defmt::error!("a frame is not located");
+            fail()
+        };
+        (ticks, guidance.displacement.is_some())
+    };
+    see(0.0);
+    let mut ticks = 0;
+    for number in 1..FLOWN_FRAMES {
+        let (taken, is_tracked) = see(0.03 * f32::from(number));
+        if !is_tracked {
+            defmt::error!("frames are not found to overlap");
+            fail()
+        }
+        ticks = ticks.max(taken);
+    }
+    let (wide, high) = FLOWN_PX;
+    let name = format_args!("navigate_{wide}x{high}_{landmarks}_{k}{width}");
+    print(name, ticks, 1);
+    let (ticks, is_tracked) = see(30.0);
+    if is_tracked {
+        defmt::error!("frames of different places are found to overlap");
+        fail()
+    }
+    print(format_args!("{name}_lost"), ticks, 1);
+    defmt::info!("stack: {} bytes", stack::high_water_mark());
+}
+
+fn width(atlas: &Atlas<'_>) -> &'static str {
+    match atlas.landmarks().width() {
         Width::I16 => "",
         Width::I8 => "_i8",
-    };
-    // A landmark's own coefficients, from the middle of the table: nearer and nearer ones come before it.
+    }
+}
+
+/// A landmark's own coefficients, from the middle of the table: nearer and nearer ones come before it.
+fn middle_landmark(atlas: &Atlas<'_>) -> Option<Coefficients> {
+    let table = atlas.landmarks();
     let mut values = [0; MAX_DIMENSIONS as usize];
     for (value, stored) in values.iter_mut().zip(table.coefficients(table.len() / 2)) {
         *value = stored;
     }
-    let Some(coefficients) = Coefficients::from_values(&values[..usize::from(k)]) else {
+    Coefficients::from_values(values.get(..atlas.eigenspace().dimensions().into())?)
+}
+
+fn match_dense(meter: &mut Meter, atlas: &Atlas<'_>) {
+    let (table, width) = (atlas.landmarks(), width(atlas));
+    let k = atlas.eigenspace().dimensions();
+    let Some(coefficients) = middle_landmark(atlas) else {
         fail()
     };
     let len = table.len() as u32;

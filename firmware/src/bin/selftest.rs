@@ -7,6 +7,7 @@ use eigenmark_core::{
     atlas::{Atlas, AtlasError},
     explore, kernel,
     localizer::{Localizer, digest, reduction_matches_reference},
+    navigator::{self, BOARD_PLACES, BOARD_STATES, Memory},
     track::{self, Odometry},
 };
 use eigenmark_firmware::{
@@ -33,17 +34,37 @@ const TWIN_CASES: u32 = match option_env!("EIGENMARK_TWIN_CASES") {
 /// The same with what they read and write at the edges of a guarded room.
 const EDGE_CASES: u32 = 500;
 
-/// What the frame of the odometry's digest takes of the stack, in bytes.
+/// What the frame of the odometry's digest and of the navigator's takes of the stack, in bytes.
 const TRACKED_BYTES: usize = 96 * 96;
 
-static ODOMETRY: ConstStaticCell<Odometry> = ConstStaticCell::new(Odometry::new());
+/// What the navigator's digest is of; not all that a board has room for, which the localizer's digest needs.
+type SmallMemory = Memory<2048, 64>;
 
-static ROOM: ConstStaticCell<Guarded> = ConstStaticCell::new(Guarded::new());
+/// What there is no room for at the same time.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "both are large, and there is one"
+)]
+#[repr(u8)]
+enum Room {
+    Nothing,
+    Odometry(Odometry),
+    Navigator(SmallMemory),
+}
+
+static ROOM: ConstStaticCell<Room> = ConstStaticCell::new(Room::Nothing);
+
+static GUARDED: ConstStaticCell<Guarded> = ConstStaticCell::new(Guarded::new());
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // First, for what follows needs more.
-    let track = track::digest(ODOMETRY.take());
+    let room = ROOM.take();
+    *room = Room::Odometry(Odometry::new());
+    let Room::Odometry(odometry) = room else {
+        fail()
+    };
+    let track = track::digest(odometry);
     let odometry_stack = stack::high_water_mark() - TRACKED_BYTES;
     let Some((slot, atlas)) = atlas_region::find() else {
         defmt::error!("no slot holds a valid atlas");
@@ -71,6 +92,12 @@ fn main() -> ! {
         reduction_matches_reference(),
     );
 
+    *room = Room::Navigator(SmallMemory::new());
+    let Room::Navigator(memory) = room else {
+        fail()
+    };
+    let navigate = navigator::digest(atlas.clone(), memory);
+    let navigator_stack = stack::high_water_mark() - TRACKED_BYTES;
     let digest = digest(&atlas);
     let stack = stack::high_water_mark();
     check("the stack stays within its budget", stack <= STACK_BYTES);
@@ -79,7 +106,7 @@ fn main() -> ! {
         fail()
     }
     defmt::info!("kernels match their twins in {} cases: ok", TWIN_CASES);
-    let Some(mut guard) = Guard::new(ROOM.take()) else {
+    let Some(mut guard) = Guard::new(GUARDED.take()) else {
         fail()
     };
     check("guards are noticed", guard.notices_its_neighbors());
@@ -89,15 +116,18 @@ fn main() -> ! {
     }
     check("kernels stay within their slices", guard.is_untouched());
     defmt::println!(
-        "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"explore\":\"{:08x}\",\"track\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{},\"odometry_bytes\":{},\"odometry_stack_bytes\":{}}}",
+        "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"explore\":\"{:08x}\",\"track\":\"{:08x}\",\"navigate\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{},\"odometry_bytes\":{},\"odometry_stack_bytes\":{},\"navigator_bytes\":{},\"navigator_stack_bytes\":{}}}",
         atlas.crc(),
         digest,
         explore::digest(),
         track,
+        navigate,
         size_of::<Localizer<'_>>(),
         stack - 160 * 120,
         size_of::<Odometry>(),
         odometry_stack,
+        size_of::<Memory<BOARD_STATES, BOARD_PLACES>>(),
+        navigator_stack,
     );
     succeed()
 }

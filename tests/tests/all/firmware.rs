@@ -20,6 +20,7 @@ use eigenmark_core::{
     landmark::{Metric, Width},
     link::{Damage, Identity, MAX_REQUEST_LEN, Rejection, Reply, Request},
     localizer::{Fix, Localizer, digest},
+    navigator::{self, Memory},
     track::{self, Odometry},
 };
 use eigenmark_tests::{
@@ -51,6 +52,14 @@ const MAX_STACK_BYTES: u64 = 8 * 1024;
 const MAX_ODOMETRY_BYTES: u64 = 68 * 1024;
 const MAX_FIRMWARE_BYTES: u64 = 96 * 1024;
 const MAX_ATLAS_BYTES: u64 = 16 * 1024;
+
+/// What a flight needs together: the navigator's memory, its stack with the localizer on it, and a frame of 160×120; all
+/// in the RAM that `memory.x` declares, and what statics of the board need besides.
+const MAX_FLIGHT_BYTES: u64 = 128 * 1024 - 256;
+const FRAME_BYTES: u64 = 160 * 120;
+
+/// A whole step of the navigator within a frame of thirty per second, at 168 MHz.
+const MAX_NAVIGATE_INSTRUCTIONS: u64 = 5_544_000;
 
 fn trained(map: &TestMap, selection: Selection) -> (Map, AtlasBuffer) {
     let opened = map.open();
@@ -360,6 +369,7 @@ fn the_selftest_passes_and_its_digest_is_the_hosts() {
     let track = track::digest(&mut Box::new(Odometry::new()));
     for map in maps::all() {
         let (_, atlas) = trained(&map, Selection::All);
+        let atlas = tables::with_way(&atlas);
         let (code, logs) = run(&Board::flashed(&firmware).with_atlas(&atlas));
         assert_eq!(code, 0, "{logs:?}");
         let result = printed(&logs);
@@ -371,6 +381,10 @@ fn the_selftest_passes_and_its_digest_is_the_hosts() {
         );
         assert_eq!(result["explore"], format!("{:08x}", explore::digest()));
         assert_eq!(result["track"], format!("{track:08x}"));
+        // As much room as the self-test's.
+        let memory = Box::new(Memory::<2048, 64>::new());
+        let navigate = navigator::digest(atlas.atlas(), memory);
+        assert_eq!(result["navigate"], format!("{navigate:08x}"));
         println!("{}: {result}", map.name);
     }
 }
@@ -420,6 +434,9 @@ fn instruction_counts_do_not_rise_above_their_record() {
         let printed = logs.into_iter().filter(|log| log.level.is_none());
         lines.extend(printed.map(|log| log.text));
     }
+    let steps = lines.iter().filter(|line| line.contains("navigate_"));
+    let steps: Vec<u64> = steps.map(|line| number(line, "instructions")).collect();
+    assert!(steps.len() == 2 && steps.iter().all(|&step| step <= MAX_NAVIGATE_INSTRUCTIONS));
     compare_with_record("cycles.jsonl", "instructions", &lines);
 }
 
@@ -442,6 +459,7 @@ fn sizes_do_not_rise_above_their_record() {
         };
         of(&atlas).max(of(&dense))
     };
+    let (navigator, stack) = (bytes("navigator_bytes"), bytes("navigator_stack_bytes"));
     let mut lines = Vec::new();
     for (name, bytes, budget) in [
         ("localizer", bytes("localizer_bytes"), MAX_LOCALIZER_BYTES),
@@ -452,6 +470,12 @@ fn sizes_do_not_rise_above_their_record() {
             bytes("odometry_stack_bytes"),
             MAX_STACK_BYTES,
         ),
+        (
+            "navigator",
+            navigator,
+            MAX_FLIGHT_BYTES - FRAME_BYTES - stack,
+        ),
+        ("navigator_stack", stack, MAX_FLIGHT_BYTES - FRAME_BYTES),
         ("navigator_flash", flash, MAX_FIRMWARE_BYTES),
         ("atlas_83", atlas.bytes().len() as u64, MAX_ATLAS_BYTES),
     ] {
@@ -484,6 +508,11 @@ fn the_readme_states_the_records() {
             assert!(readme.contains(&stated), "README.md does not state {line}");
         }
     }
+}
+
+fn number(line: &str, unit: &str) -> u64 {
+    let value: serde_json::Value = serde_json::from_str(line).expect("JSON");
+    value[unit].as_u64().expect("a number")
 }
 
 /// Compares lines of JSON with their record in `firmware/`, or renews it.
