@@ -35,11 +35,19 @@ use dead_reckoning::DeadReckoning;
 
 pub use digest::digest;
 
-/// States of the belief that the reference board has room for, beside all the rest.
+/// States of the belief that the reference board has room for: in its 128 KiB, beside 12 KiB of stack (of which a flight
+/// takes 9.5), a frame of 160×120, the odometry and [`BOARD_PLACES`]. It is a cell for every landmark, and on to the
+/// borders, of a map of 1600×1200 pixels with a landmark every 20.
 pub const BOARD_STATES: usize = 4992;
 
-/// Places that the reference board has room for.
-pub const BOARD_PLACES: usize = 448;
+/// Places that the reference board has room for, beside [`BOARD_STATES`].
+pub const BOARD_PLACES: usize = 320;
+
+/// 116 KiB are left of the stack; statics of the board take less than 128 bytes.
+const _: () = {
+    let frame = 160 * 120;
+    assert!(size_of::<Memory<BOARD_STATES, BOARD_PLACES>>() + frame + 128 <= 116 * 1024);
+};
 
 /// Goals that can be given at once.
 pub const MAX_GOALS: usize = 32;
@@ -81,7 +89,7 @@ pub struct Readings {
 }
 
 /// What a navigator has room for: `STATES` of the belief (6 bytes each), `PLACES` of the topological map (8 bytes each),
-/// and 66 KiB of path integration.
+/// and 65 KiB of path integration.
 #[derive(Clone, Debug)]
 pub struct Memory<const STATES: usize, const PLACES: usize> {
     odometry: Odometry,
@@ -142,8 +150,14 @@ where
     /// Begins anew with an atlas: it knows nothing, and has no goal.
     #[must_use]
     pub fn new(atlas: Atlas<'a>, mut memory: M) -> Self {
-        memory.belief.begin(&atlas);
-        memory.odometry = Odometry::new();
+        let Memory {
+            odometry,
+            belief,
+            router,
+        } = &mut *memory;
+        odometry.reset();
+        belief.begin(&atlas);
+        router.reset();
         let limits = Limits::for_footprint(atlas.header().footprint_px);
         Self {
             localizer: Localizer::new(atlas),

@@ -45,7 +45,7 @@ fn grays(column: u16, row: u16) -> [u8; 4] {
     ]
 }
 
-fn world() -> Box<[u64]> {
+pub(super) fn world() -> Box<[u64]> {
     let lattice = Lattice {
         origin: Point {
             x_px: 50.0,

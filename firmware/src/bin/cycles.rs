@@ -26,7 +26,9 @@ use eigenmark_core::{
 use eigenmark_firmware::{
     atlas_region::{self, Slot},
     board::{Board, CORE_HZ},
-    fail, stack, succeed,
+    fail,
+    room::{Begin, Room},
+    stack, succeed,
 };
 use static_cell::ConstStaticCell;
 
@@ -51,28 +53,50 @@ const FLOWN_FRAMES: u16 = 12;
 /// Time between frames, in seconds.
 const STEP_S: f32 = 0.033;
 
-/// What there is no room for at the same time. Nothing is all zeros, so that no copy of the rest is in flash.
-#[expect(clippy::large_enum_variant, reason = "all are large, and there is one")]
-#[repr(u8)]
-enum Room {
-    Nothing,
-    Eigenspace(IncrementalPca<400, 16>),
-    Frames(
-        Odometry,
-        Pixels<{ TRACKED_PX as usize * TRACKED_PX as usize }>,
-    ),
-    Belief(Belief<BOARD_STATES>),
-    Flight(
-        Memory<BOARD_STATES, BOARD_PLACES>,
-        Pixels<{ FLOWN_PX.0 as usize * FLOWN_PX.1 as usize }>,
-    ),
+/// Path integration, and a frame.
+struct Path {
+    odometry: Odometry,
+    pixels: Pixels<{ TRACKED_PX as usize * TRACKED_PX as usize }>,
 }
+
+/// All that flies, and a frame.
+struct Flight {
+    memory: Memory<BOARD_STATES, BOARD_PLACES>,
+    pixels: Pixels<{ FLOWN_PX.0 as usize * FLOWN_PX.1 as usize }>,
+}
+
+struct Believed(Belief<BOARD_STATES>);
+
+struct Explored(IncrementalPca<400, 16>);
 
 /// Pixels of a frame, at a whole word as a camera's are.
 #[repr(align(4))]
 struct Pixels<const LEN: usize>([u8; LEN]);
 
-static ROOM: ConstStaticCell<Room> = ConstStaticCell::new(Room::Nothing);
+impl Begin for Path {
+    const BEGIN: Self = Self {
+        odometry: Odometry::new(),
+        pixels: Pixels([0; _]),
+    };
+}
+
+impl Begin for Flight {
+    const BEGIN: Self = Self {
+        memory: Memory::new(),
+        pixels: Pixels([0; _]),
+    };
+}
+
+impl Begin for Believed {
+    const BEGIN: Self = Self(Belief::new());
+}
+
+impl Begin for Explored {
+    const BEGIN: Self = Self(IncrementalPca::new(Growth::Fixed));
+}
+
+/// There is no room for all of them at the same time; the last is the largest.
+static ROOM: ConstStaticCell<Room<{ size_of::<Flight>() }>> = ConstStaticCell::new(Room::new());
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -84,60 +108,72 @@ fn main() -> ! {
     let mut meter = Meter::new(board.systick);
     let room = ROOM.take();
     if !atlas.topology().is_empty() {
-        *room = Room::Belief(Belief::new());
-        if let Room::Belief(belief) = room {
-            believe(&mut meter, &atlas, belief);
-        }
-        *room = Room::Flight(Memory::new(), Pixels([0; _]));
-        if let Room::Flight(memory, Pixels(pixels)) = room {
-            navigate(&mut meter, atlas, memory, pixels);
-        }
+        let Believed(belief) = room.hold();
+        believe(&mut meter, &atlas, belief);
+        let Flight { memory, pixels } = room.hold();
+        navigate(&mut meter, atlas, memory, &mut pixels.0);
         succeed()
     }
     if atlas.landmarks().len() > DENSE as usize / 4 {
         match_dense(&mut meter, &atlas);
         succeed()
     }
-    *room = Room::Eigenspace(IncrementalPca::new(Growth::Fixed));
-    if let Room::Eigenspace(eigenspace) = room {
-        explore(&mut meter, eigenspace);
-    }
-    *room = Room::Frames(Odometry::new(), Pixels([0; _]));
-    if let Room::Frames(odometry, Pixels(pixels)) = room {
-        locate(&mut meter, atlas, pixels);
-        track(&mut meter, odometry, pixels);
-    }
+    let Explored(eigenspace) = room.hold();
+    explore(&mut meter, eigenspace);
+    let Path { odometry, pixels } = room.hold();
+    locate(&mut meter, atlas, &mut pixels.0);
+    track(&mut meter, odometry, &mut pixels.0);
     succeed()
 }
 
+/// From a frame to a fix.
+#[inline(never)] // its localizer is not the callers
 fn locate(meter: &mut Meter, atlas: Atlas<'_>, pixels: &mut [u8]) {
     fill_test_frame(pixels);
     let Ok(frame) = Frame::new(pixels, 160, 120, 160) else {
         fail()
     };
-    let (side, k) = (atlas.eigenspace().side(), atlas.eigenspace().dimensions());
-
-    let mut view = View::black(side);
-    let mut coefficients = Coefficients::zeros(k);
-    meter.measure(format_args!("reduce_160x120_{side}"), 20, || {
-        reduce(black_box(&frame), black_box(&mut view));
-    });
+    let side = atlas.eigenspace().side();
     // Ratios that the general kernels reduce: whole, 4, and fractional, 7.5.
-    for side in [30, 16] {
-        let mut view = View::black(side);
-        meter.measure(format_args!("reduce_160x120_{side}"), 20, || {
-            reduce(black_box(&frame), black_box(&mut view));
-        });
+    for side in [side, 30, 16] {
+        reduce_to(meter, &frame, side);
     }
+    level_to(meter, &frame, side);
+    project_and_match(meter, &atlas, &frame);
+    let landmarks = atlas.landmarks().len();
+    let mut localizer = Localizer::new(atlas);
+    meter.measure(format_args!("fix_160x120_{landmarks}"), 20, || {
+        black_box(localizer.locate(black_box(&frame)));
+    });
+}
+
+#[inline(never)] // its view is not the caller's
+fn reduce_to(meter: &mut Meter, frame: &Frame<'_>, side: u8) {
+    let mut view = View::black(side);
+    meter.measure(format_args!("reduce_160x120_{side}"), 20, || {
+        reduce(black_box(frame), black_box(&mut view));
+    });
+}
+
+#[inline(never)]
+fn level_to(meter: &mut Meter, frame: &Frame<'_>, side: u8) {
     let Ok(pose) = test_pose() else { fail() };
-    let mut levelled = View::black(side);
+    let mut view = View::black(side);
     meter.measure(format_args!("view_general_160x120_{side}"), 20, || {
         black_box(level(
-            black_box(&frame),
+            black_box(frame),
             black_box(&pose),
-            black_box(&mut levelled),
+            black_box(&mut view),
         ));
     });
+}
+
+#[inline(never)]
+fn project_and_match(meter: &mut Meter, atlas: &Atlas<'_>, frame: &Frame<'_>) {
+    let (side, k) = (atlas.eigenspace().side(), atlas.eigenspace().dimensions());
+    let mut view = View::black(side);
+    let mut coefficients = Coefficients::zeros(k);
+    reduce(frame, &mut view);
     meter.measure(format_args!("project_{side}x{side}_{k}"), 50, || {
         black_box(
             atlas
@@ -157,11 +193,6 @@ fn locate(meter: &mut Meter, atlas: Atlas<'_>, pixels: &mut [u8]) {
             black_box(table.nearest(black_box(&coefficients), table.everywhere()));
         });
     }
-    let landmarks = atlas.landmarks().len();
-    let mut localizer = Localizer::new(atlas);
-    meter.measure(format_args!("fix_160x120_{landmarks}"), 20, || {
-        black_box(localizer.locate(black_box(&frame)));
-    });
 }
 
 fn explore(meter: &mut Meter, eigenspace: &mut IncrementalPca<400, 16>) {
