@@ -41,13 +41,18 @@ impl<const PLACES: usize, const LEGS: usize> Memory<PLACES, LEGS> {
         }
     }
 
-    /// Forgets all.
-    pub(super) fn clear(&mut self) {
-        // One after the other, where they are: all at once would take as much stack.
-        self.odometry = Odometry::new();
-        self.explorer = Explorer::new(NOVELTY * CONTRAST, Growth::Fixed);
-        self.chart = Chart::new();
-        self.router = Router::new();
+    /// Nothing again, in place: it is too large for the stack of a board.
+    pub(super) fn reset(&mut self) {
+        let Self {
+            odometry,
+            explorer,
+            chart,
+            router,
+        } = self;
+        odometry.reset();
+        explorer.reset();
+        chart.reset();
+        router.reset();
     }
 }
 

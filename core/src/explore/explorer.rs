@@ -97,6 +97,12 @@ impl<const PIXELS: usize, const SLOTS: usize, const LANDMARKS: usize>
         }
     }
 
+    /// Nothing is known again, in place; threshold and growth stay.
+    pub fn reset(&mut self) {
+        self.eigenspace.reset();
+        self.landmarks.clear();
+    }
+
     /// The eigenspace of the landmarks.
     #[must_use]
     pub fn eigenspace(&self) -> &IncrementalPca<PIXELS, SLOTS> {
