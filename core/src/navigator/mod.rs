@@ -6,6 +6,11 @@
 //!
 //! **Memory.** What is large lies in a [`Memory`], which is const-constructible, for a `static` on a board.
 //!
+//! **Cost.** On the target, from a frame of 160×120 to a command, with 3,621 landmarks of 48 dimensions (8 bits) and 4,941
+//! states: 2,848,779 instructions in the costliest step of a flight; 4,684,047 in the costliest that is known, when no
+//! corner is found again and the belief spreads as widely as it ever does. A frame of thirty per second has 5,600,000 at
+//! 168 MHz. A landmark more costs some 200, a state more 45 to 165.
+//!
 //! **Without an instrument.** Without a compass the heading is what landmarks at several headings say, or else that of
 //! path integration; without an altimeter the altitude is; without roll and pitch the camera is taken to look straight
 //! down. Without a frame, or when a frame cannot be related to the one before, the vehicle is taken to move on as it did.

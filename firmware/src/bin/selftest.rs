@@ -74,6 +74,10 @@ static ROOM: ConstStaticCell<Room<{ size_of::<Flight>() }>> = ConstStaticCell::n
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let room = ROOM.take();
+    // What needs more of the stack comes later.
+    let Path { odometry, pixels } = room.hold();
+    let track = track::digest(odometry, &mut pixels.0);
+    let odometry_stack = stack::high_water_mark();
     let Some((slot, atlas)) = atlas_region::find() else {
         defmt::error!("no slot holds a valid atlas");
         fail()
@@ -101,13 +105,9 @@ fn main() -> ! {
         reduction_matches_reference(pixels),
     );
 
-    // One after the other, what needs more of the stack later.
     let digest = digest(&atlas, pixels);
     let stack = stack::high_water_mark();
     check("the stack stays within its budget", stack <= STACK_BYTES);
-    let Path { odometry, pixels } = room.hold();
-    let track = track::digest(odometry, &mut pixels.0);
-    let odometry_stack = stack::high_water_mark();
     let Flight { memory, pixels } = room.hold();
     let navigate = navigator::digest(atlas.clone(), memory, &mut pixels.0);
     let navigator_stack = stack::high_water_mark();
