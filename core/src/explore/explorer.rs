@@ -97,8 +97,9 @@ impl<const PIXELS: usize, const SLOTS: usize, const LANDMARKS: usize>
         }
     }
 
-    /// Nothing is known again, in place; threshold and growth stay.
-    pub fn reset(&mut self) {
+    /// Nothing is known again, in place, and there is another threshold; the growth stays.
+    pub fn reset(&mut self, threshold: f32) {
+        self.threshold = threshold;
         self.eigenspace.reset();
         self.landmarks.clear();
     }

@@ -44,7 +44,7 @@ static RESPONDER: ConstStaticCell<Responder> = ConstStaticCell::new(Responder::n
 
 type BoardMemory = Memory<BOARD_STATES, BOARD_PLACES>;
 
-/// A chart as large as a board has room for.
+/// A chart as large as a board has room for beside a frame of 120×120.
 const CHARTED_PLACES: usize = 128;
 const CHARTED_LEGS: usize = 1024;
 
