@@ -16,6 +16,8 @@ use cortex_m::{
 };
 use eigenmark_core::kernel::EDGE_WORDS;
 
+use crate::room::Begin;
+
 /// Bytes of a guard: the smallest region of the unit, and its alignment.
 const GUARD_BYTES: usize = 32;
 
@@ -43,17 +45,12 @@ pub struct Guard {
     mpu: MPU,
 }
 
-impl Guarded {
-    /// Zeros.
-    #[must_use]
-    #[expect(clippy::new_without_default, reason = "only ever a static")]
-    pub const fn new() -> Self {
-        Self {
-            before: [0; GUARD_BYTES],
-            room: [0; EDGE_WORDS],
-            after: [0; GUARD_BYTES],
-        }
-    }
+impl Begin for Guarded {
+    const BEGIN: Self = Self {
+        before: [0; GUARD_BYTES],
+        room: [0; EDGE_WORDS],
+        after: [0; GUARD_BYTES],
+    };
 }
 
 impl Guard {

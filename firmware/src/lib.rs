@@ -9,6 +9,7 @@ pub mod atlas_region;
 pub mod board;
 mod exit;
 pub mod guard;
+pub mod room;
 pub mod stack;
 
 // The global logger.

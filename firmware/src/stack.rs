@@ -12,7 +12,7 @@ pub fn high_water_mark() -> usize {
         static _stack_start: u32;
         static _stack_end: u32;
     }
-    // SAFETY: both symbols come from cortex-m-rt's link.x and bound RAM that nothing but the stack uses. Reads are
+    // SAFETY: both symbols come from memory.x and bound RAM that nothing but the stack uses. Reads are
     // volatile because the words are written behind the compiler's back.
     unsafe {
         let (top, mut word) = (&raw const _stack_start, &raw const _stack_end);

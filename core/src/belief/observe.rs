@@ -4,6 +4,7 @@ use super::Belief;
 use crate::{
     atlas::Atlas,
     eigenspace::Coefficients,
+    landmark::Candidate,
     math::{exp_of_negative, turn},
 };
 
@@ -39,14 +40,21 @@ impl<const STATES: usize> Belief<STATES> {
         let landmarks = atlas.landmarks();
         let (survey, records) = (&atlas.header().survey, landmarks.records());
         let offsets = &self.offsets;
+        // Where the landmark before was: the next is mostly in the same row.
+        let mut last: Option<Candidate> = None;
         landmarks.dissimilarities(coefficients, |landmark, squared| {
             if squared >= likelihood.ceiling {
                 return;
             }
             let record = records.get(landmark as usize);
-            let Some(candidate) = record.and_then(|record| survey.find(record.view)) else {
+            let Some(view) = record.map(|record| record.view) else {
                 return;
             };
+            let along = last.as_ref().and_then(|last| last.along(view));
+            let Some(candidate) = along.or_else(|| survey.find(view)) else {
+                return;
+            };
+            last = Some(candidate);
             let heading = candidate.layer.index as usize % usize::from(cells.headings().max(1));
             let Some(offset) = offsets.get(heading) else {
                 return;
@@ -68,9 +76,17 @@ impl<const STATES: usize> Belief<STATES> {
         self.way_px = 0.0;
         let sharpness = likelihood.sharpness * worth / parts;
         let states = self.weights.iter_mut().zip(&self.least).take(states);
-        for (weight, &squared) in states {
+        let likely = |squared: u16| {
             let farther = squared.saturating_sub(nearest);
-            *weight *= exp_of_negative(-sharpness * f32::from(farther));
+            exp_of_negative(-sharpness * f32::from(farther))
+        };
+        let unlike = likely(CEILING);
+        for (weight, &squared) in states {
+            *weight *= if squared == CEILING {
+                unlike
+            } else {
+                likely(squared)
+            };
         }
         self.normalize(0.0);
     }

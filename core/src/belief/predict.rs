@@ -1,5 +1,7 @@
 //! The belief moves with the vehicle.
 
+use core::cell::Cell;
+
 use micromath::F32Ext;
 
 use super::Belief;
@@ -127,13 +129,7 @@ impl<const STATES: usize> Belief<STATES> {
             for _ in 0..8 {
                 let a = (rest / 2.0).min(1.0 / 3.0);
                 for layer in self.active().chunks_exact_mut(len.max(1)) {
-                    for row in layer.chunks_exact_mut(columns.max(1)) {
-                        blur(row, 1, a, false);
-                    }
-                    for column in 0..columns {
-                        let below = layer.get_mut(column..).unwrap_or_default();
-                        blur(below, columns, a, false);
-                    }
+                    blur_layer(layer, columns, a);
                 }
                 rest -= 2.0 * a;
                 if rest < SPREAD {
@@ -147,7 +143,7 @@ impl<const STATES: usize> Belief<STATES> {
             let a = (share / 2.0).min(1.0 / 3.0);
             for cell in 0..len {
                 let turned = self.active().get_mut(cell..).unwrap_or_default();
-                blur(turned, len, a, true);
+                blur_circle(turned, len, a);
             }
         }
     }
@@ -194,30 +190,80 @@ fn shift(weights: &mut [f32], columns: usize, right: i32, down: i32) {
     }
 }
 
-/// Convolves every `stride`th number from the first with (a, 1 − 2a, a). What would leave at an end stays there, or comes
-/// in at the other one when the numbers are around a circle.
+/// Columns that are convolved together: what the registers of a Cortex-M4F leave room for.
+const LANES: usize = 8;
+
+/// Convolves the rows of a grid with (a, 1 − 2a, a), then its columns. What would leave at an end stays there.
 #[inline(never)]
-fn blur(numbers: &mut [f32], stride: usize, a: f32, is_circle: bool) {
-    let stride = stride.max(1);
-    let Some(&first) = numbers.first() else {
+fn blur_layer(layer: &mut [f32], columns: usize, a: f32) {
+    let columns = columns.max(1);
+    let cells = Cell::from_mut(layer).as_slice_of_cells();
+    for row in cells.chunks_exact(columns) {
+        blur::<1>(row.iter().map(core::slice::from_ref), a);
+    }
+    let rows = || cells.chunks_exact(columns);
+    let whole = columns / LANES * LANES;
+    for first in (0..whole).step_by(LANES) {
+        blur::<LANES>(rows().filter_map(|row| row.get(first..)), a);
+    }
+    for first in whole..columns {
+        blur::<1>(rows().filter_map(|row| row.get(first..)), a);
+    }
+}
+
+/// Convolves the first numbers of some runs, all the first ones, all the second ones, …, with (a, 1 − 2a, a).
+#[inline(always)]
+fn blur<'c, const LANES: usize>(runs: impl Iterator<Item = &'c [Cell<f32>]>, a: f32) {
+    let mut runs = runs.filter_map(|run| run.first_chunk::<LANES>());
+    let Some(mut at) = runs.next() else {
         return;
     };
-    let last = numbers.get((numbers.len() - 1) / stride * stride);
-    let (mut before, mut here) = match last {
-        Some(&last) if is_circle => (last, first),
-        _ => (first, first),
+    let mut here = at.each_ref().map(Cell::get);
+    let mut before = here;
+    for next in runs {
+        let after = next.each_ref().map(Cell::get);
+        mix(at, before, here, after, a);
+        (before, here, at) = (here, after, next);
+    }
+    mix(at, before, here, here, a);
+}
+
+#[inline(always)]
+fn mix<const LANES: usize>(
+    at: &[Cell<f32>; LANES],
+    before: [f32; LANES],
+    here: [f32; LANES],
+    after: [f32; LANES],
+    a: f32,
+) {
+    for (((at, before), here), after) in at.iter().zip(before).zip(here).zip(after) {
+        at.set(mixed(before, here, after, a));
+    }
+}
+
+#[inline(always)]
+fn mixed(before: f32, here: f32, after: f32, a: f32) -> f32 {
+    here + a * (before - here + (after - here))
+}
+
+/// Convolves every `stride`th number from the first, which are around a circle, with (a, 1 − 2a, a).
+#[inline(never)]
+fn blur_circle(numbers: &mut [f32], stride: usize, a: f32) {
+    let stride = stride.max(1);
+    let last = numbers.get((numbers.len().max(1) - 1) / stride * stride);
+    let (Some(&first), Some(&last)) = (numbers.first(), last) else {
+        return;
     };
-    let mut at = 0;
+    let (mut before, mut here, mut at) = (last, first, 0);
     while let Some(&after) = numbers.get(at + stride) {
         if let Some(number) = numbers.get_mut(at) {
-            *number = here + a * (before - here + (after - here));
+            *number = mixed(before, here, after, a);
         }
         (before, here) = (here, after);
         at += stride;
     }
     if let Some(number) = numbers.get_mut(at) {
-        let after = if is_circle { first } else { here };
-        *number = here + a * (before - here + (after - here));
+        *number = mixed(before, here, first, a);
     }
 }
 
@@ -225,5 +271,49 @@ impl<const STATES: usize> Belief<STATES> {
     /// Where the vehicle would be in a state, from the center of its cell.
     pub(super) fn offset(&self, layer: usize) -> Point {
         self.offsets.get(layer).copied().unwrap_or(super::ORIGIN)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Every line by the definition, apart from the numbers that it is of.
+    fn blur_reference(layer: &mut [f32], columns: usize, a: f32) {
+        for (len, stride, starts) in [
+            (
+                columns,
+                1,
+                (0..layer.len()).step_by(columns).collect::<Vec<_>>(),
+            ),
+            (layer.len() / columns, columns, (0..columns).collect()),
+        ] {
+            for start in starts {
+                let line: Vec<f32> = (0..len).map(|at| layer[start + at * stride]).collect();
+                for at in 0..len {
+                    let (before, here) = (line[at.saturating_sub(1)], line[at]);
+                    let after = line[(at + 1).min(len - 1)];
+                    layer[start + at * stride] = mixed(before, here, after, a);
+                }
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn blur_layer_matches_reference(
+            columns in 1_usize..30, rows in 1_usize..9, a in 0.0_f32..0.33,
+            numbers in prop::collection::vec(0.0_f32..1.0, 30 * 9),
+        ) {
+            let mut expected = numbers[..columns * rows].to_vec();
+            let mut found = expected.clone();
+            blur_reference(&mut expected, columns, a);
+            blur_layer(&mut found, columns, a);
+            prop_assert_eq!(found, expected);
+        }
     }
 }

@@ -103,7 +103,7 @@ where
     /// Begins anew: knows nothing, and flies `pattern` from where it is.
     #[must_use]
     pub fn new(pattern: Pattern, mut memory: M) -> Self {
-        memory.clear();
+        memory.reset();
         Self {
             memory,
             pattern,

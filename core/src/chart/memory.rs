@@ -26,28 +26,34 @@ pub struct Memory<const PLACES: usize, const LEGS: usize> {
     pub(super) router: Router<PLACES>,
 }
 
-// Beside the stack in the 128 KiB of an STM32F405.
-const _: () = assert!(size_of::<Memory<128, 1024>>() <= 101 * 1024);
+// Beside 12 KiB of stack and a frame of 120×120 in the 128 KiB of an STM32F405.
+const _: () = assert!(size_of::<Memory<128, 1024>>() + 120 * 120 <= 116 * 1024);
 
 impl<const PLACES: usize, const LEGS: usize> Memory<PLACES, LEGS> {
-    /// Nothing yet.
+    /// Nothing yet: all zeros, so that a static one needs no copy in flash. The threshold comes with
+    /// [`reset`](Self::reset).
     #[must_use]
     pub const fn new() -> Self {
         Self {
             odometry: Odometry::new(),
-            explorer: Explorer::new(NOVELTY * CONTRAST, Growth::Fixed),
+            explorer: Explorer::new(0.0, Growth::Fixed),
             chart: Chart::new(),
             router: Router::new(),
         }
     }
 
-    /// Forgets all.
-    pub(super) fn clear(&mut self) {
-        // One after the other, where they are: all at once would take as much stack.
-        self.odometry = Odometry::new();
-        self.explorer = Explorer::new(NOVELTY * CONTRAST, Growth::Fixed);
-        self.chart = Chart::new();
-        self.router = Router::new();
+    /// Nothing again, in place: it is too large for the stack of a board.
+    pub(super) fn reset(&mut self) {
+        let Self {
+            odometry,
+            explorer,
+            chart,
+            router,
+        } = self;
+        odometry.reset();
+        explorer.reset(NOVELTY * CONTRAST);
+        chart.reset();
+        router.reset();
     }
 }
 

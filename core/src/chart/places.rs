@@ -46,6 +46,13 @@ impl<const PLACES: usize, const LEGS: usize> Chart<PLACES, LEGS> {
         }
     }
 
+    /// No place again, in place.
+    pub fn reset(&mut self) {
+        self.places.clear();
+        self.legs.clear();
+        self.covariances.clear();
+    }
+
     /// The chart as a map: places in the order of their discovery, in pixels of the chart.
     #[must_use]
     pub fn map(&self) -> TopologicalMap<'_> {

@@ -97,6 +97,13 @@ impl<const PIXELS: usize, const SLOTS: usize, const LANDMARKS: usize>
         }
     }
 
+    /// Nothing is known again, in place, and there is another threshold; the growth stays.
+    pub fn reset(&mut self, threshold: f32) {
+        self.threshold = threshold;
+        self.eigenspace.reset();
+        self.landmarks.clear();
+    }
+
     /// The eigenspace of the landmarks.
     #[must_use]
     pub fn eigenspace(&self) -> &IncrementalPca<PIXELS, SLOTS> {

@@ -141,6 +141,23 @@ impl<const PIXELS: usize, const SLOTS: usize> IncrementalPca<PIXELS, SLOTS> {
         }
     }
 
+    /// Of no views again, in place; the growth stays.
+    pub fn reset(&mut self) {
+        let Self {
+            growth: _,
+            views,
+            dimensions,
+            lost_energy,
+            mean,
+            rows,
+            eigenvalues,
+        } = self;
+        (*views, *dimensions, *lost_energy) = (0, 0, 0.0);
+        mean.fill(0.0);
+        rows.fill(0.0);
+        eigenvalues.fill(0.0);
+    }
+
     /// Views so far, n.
     #[must_use]
     pub fn views(&self) -> u32 {
@@ -267,7 +284,10 @@ impl<const PIXELS: usize, const SLOTS: usize> IncrementalPca<PIXELS, SLOTS> {
 
     /// Decides about the dimension with the smallest of the k + 1 eigenvalues, and keeps account of what is lost.
     fn grow_or_truncate(&mut self, gamma: f32, eigenvalues: &[f32; SLOTS]) -> Change {
-        let smallest = eigenvalues[self.dimensions];
+        let smallest = eigenvalues
+            .get(self.dimensions)
+            .copied()
+            .unwrap_or_default();
         let lost_energy = self.lost_energy + smallest * (self.views as f32 + 1.0);
         let grows = match self.growth {
             Growth::Fixed => true,
@@ -318,6 +338,7 @@ fn straighten<const SLOTS: usize>(
     rows: &[[f32; SLOTS]],
     column: usize,
 ) {
+    let column = column.min(SLOTS - 1);
     let mut errors = pixels::correlate(rows, column);
     if errors[column] == 0.0 {
         return; // It is the one that this update adds.

@@ -38,7 +38,7 @@ pub fn load<P: Copy + Into<f32>, const SLOTS: usize>(
 /// Σ over the pixels of each eigenimage times what is in `slot`. The last sum stays 0.
 #[inline(never)]
 pub fn correlate<const SLOTS: usize>(rows: &[[f32; SLOTS]], slot: usize) -> [f32; SLOTS] {
-    let mut sums = [0.0; SLOTS];
+    let (mut sums, slot) = ([0.0; SLOTS], slot.min(SLOTS - 1));
     for row in rows {
         let value = row[slot];
         for (sum, eigenimage) in sums[..SLOTS - 1].iter_mut().zip(row) {

@@ -59,19 +59,22 @@ pub fn decompose<const N: usize>(poles: &[f32; N], vector: &[f32; N]) -> Eigen<N
         return eigen;
     }
     let secular = Secular::new(poles, vector, scale.recip());
-    let (index, poles) = (&secular.index[..secular.len], &secular.poles[..secular.len]);
+    let index = secular.index.get(..secular.len).unwrap_or_default();
+    let poles = secular.poles.get(..secular.len).unwrap_or_default();
     let mut roots = [Root::default(); N];
-    for (i, root) in roots[..secular.len].iter_mut().enumerate() {
+    let roots = roots.get_mut(..secular.len).unwrap_or_default();
+    for (i, root) in roots.iter_mut().enumerate() {
         *root = secular.root(i);
     }
-    let roots = &roots[..secular.len];
+    let roots = &*roots;
 
     // The vector whose rank-one matrix has exactly these roots; its signs are those of the given one.
     let mut exact = [0.0; N];
-    for (j, (&own, target)) in poles.iter().zip(&mut exact).enumerate() {
+    let targets = poles.iter().zip(&mut exact).zip(index);
+    for (j, ((&own, target), &at)) in targets.enumerate() {
         let mut square = 1.0;
         for (i, (&pole, root)) in poles.iter().zip(roots).enumerate() {
-            let to_root = root.difference(own, poles);
+            let to_root = root.difference(own);
             square *= if i == j {
                 to_root
             } else {
@@ -79,28 +82,32 @@ pub fn decompose<const N: usize>(poles: &[f32; N], vector: &[f32; N]) -> Eigen<N
             };
         }
         *target = sqrt(square.abs());
-        if vector[index[j]] < 0.0 {
+        if vector.get(at).is_some_and(|&component| component < 0.0) {
             *target = -*target;
         }
     }
 
-    for (i, root) in roots.iter().enumerate() {
+    for (i, (root, &at)) in roots.iter().zip(index).enumerate() {
         let mut column = [0.0; N];
         let mut square = 0.0;
         for ((value, &pole), &component) in column.iter_mut().zip(poles).zip(&exact) {
             // Times the offset: the quotient is at most 1, so nothing overflows.
-            *value = component * (root.offset / root.difference(pole, poles));
+            *value = component * (root.offset / root.difference(pole));
             square += *value * *value;
         }
-        let length = if column[i] < 0.0 {
+        let length = if column.get(i).is_some_and(|&component| component < 0.0) {
             -sqrt(square)
         } else {
             sqrt(square)
         };
         for (value, &row) in column.iter().zip(index) {
-            eigen.vectors[(row, index[i])] = value / length;
+            if let Some(component) = eigen.vectors.get_mut((row, at)) {
+                *component = value / length;
+            }
         }
-        eigen.values[index[i]] = (poles[root.origin] + root.offset) * scale;
+        if let Some(eigenvalue) = eigen.values.get_mut(at) {
+            *eigenvalue = (root.pole + root.offset) * scale;
+        }
     }
     eigen.sort();
     eigen
@@ -118,7 +125,7 @@ struct Secular<const N: usize> {
 /// An eigenvalue: an offset from a pole.
 #[derive(Clone, Copy, Default)]
 struct Root {
-    origin: usize,
+    pole: f32,
     offset: f32,
 }
 
@@ -130,17 +137,21 @@ impl<const N: usize> Secular<N> {
             poles: [BEYOND; N],
             weights: [0.0; N],
         };
+        let targets = secular.index.iter_mut().zip(&mut secular.poles);
+        let mut targets = targets.zip(&mut secular.weights);
         for (i, (pole, v)) in poles.iter().zip(vector).enumerate() {
             let weight = v * v * scale;
-            if weight >= MIN_WEIGHT {
-                secular.index[secular.len] = i;
-                secular.poles[secular.len] = pole * scale;
-                secular.weights[secular.len] = weight;
+            if weight >= MIN_WEIGHT
+                && let Some(target) = targets.next()
+            {
+                let ((index, scaled), weights) = target;
+                (*index, *scaled, *weights) = (i, pole * scale, weight);
                 secular.len += 1;
             }
         }
         let mut least = 0.0;
-        for pole in secular.poles[..secular.len].iter_mut().rev() {
+        let taken = secular.poles.get_mut(..secular.len).unwrap_or_default();
+        for pole in taken.iter_mut().rev() {
             *pole = pole.max(least);
             least = *pole + (*pole * MIN_RELATIVE_GAP).max(MIN_GAP);
         }
@@ -149,11 +160,11 @@ impl<const N: usize> Secular<N> {
 
     /// The root above pole `i`.
     fn root(&self, i: usize) -> Root {
-        let pole = self.poles[i];
+        let pole = self.pole(i);
         let (origin, limit) = match i.checked_sub(1) {
             None => (i, self.weights.iter().sum()),
             Some(above) => {
-                let half = 0.5 * (self.poles[above] - pole);
+                let half = 0.5 * (self.pole(above) - pole);
                 let is_lower_half = self.value(&self.offsets_from(i), half) >= 0.0;
                 (if is_lower_half { i } else { above }, half)
             }
@@ -171,14 +182,19 @@ impl<const N: usize> Secular<N> {
             }
         }
         Root {
-            origin,
+            pole: self.pole(origin),
             offset: sign * f32::from_bits(far),
         }
     }
 
+    fn pole(&self, i: usize) -> f32 {
+        self.poles.get(i).copied().unwrap_or(BEYOND)
+    }
+
     /// The poles as offsets from one of them.
     fn offsets_from(&self, origin: usize) -> [f32; N] {
-        self.poles.map(|pole| pole - self.poles[origin])
+        let from = self.pole(origin);
+        self.poles.map(|pole| pole - from)
     }
 
     /// f at `offset` from the pole that `poles` are offsets from.
@@ -193,8 +209,8 @@ impl<const N: usize> Secular<N> {
 
 impl Root {
     /// `pole` minus this root.
-    fn difference(self, pole: f32, poles: &[f32]) -> f32 {
-        (pole - poles[self.origin]) - self.offset
+    fn difference(self, pole: f32) -> f32 {
+        (pole - self.pole) - self.offset
     }
 }
 

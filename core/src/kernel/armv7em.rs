@@ -928,3 +928,21 @@ pub fn find_square(dots: &[i32], norms: &[u32], least: f32) -> usize {
     }
     whole + portable::find_square(&dots[whole..count], &norms[whole..count], least)
 }
+
+/// See [`portable::square_root`]: one instruction, which rounds as IEEE 754 asks for, and two to get there and back.
+#[inline]
+pub fn square_root(x: f32) -> f32 {
+    let mut bits = x.to_bits();
+    // SAFETY: it reads and writes nothing but its two registers.
+    unsafe {
+        asm!(
+            "vmov    s0, {bits}",
+            "vsqrt.f32 s0, s0",
+            "vmov    {bits}, s0",
+            bits = inout(reg) bits,
+            out("s0") _,
+            options(pure, nomem, nostack),
+        );
+    }
+    f32::from_bits(bits)
+}

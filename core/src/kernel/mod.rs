@@ -11,6 +11,8 @@
 //!
 //! **Words.** What kernels read comes in types of one aligned 32-bit word: [`Pixels`], [`Weights`], [`Pair`].
 //!
+//! One is not of integers: the square root, which IEEE 754 leaves only one way to round.
+//!
 //! **Limits.** Kernels know nothing of overflow: whoever stores weights and coefficients keeps sums below 2³¹. What
 //! they are not given in whole groups or rows they leave out.
 
@@ -27,12 +29,12 @@ mod twins;
 #[cfg(armv7em)]
 pub(crate) use armv7em::{
     Dots, add_blocks, block_dots, dot_pair, find_square, keep_greatest, mean_dot, reduce_sixfold,
-    statistics, subtract_pairs, sum_cuts,
+    square_root, statistics, subtract_pairs, sum_cuts,
 };
 #[cfg(not(armv7em))]
 pub(crate) use portable::{
     Dots, add_blocks, block_dots, dot_pair, find_square, keep_greatest, mean_dot, reduce_sixfold,
-    statistics, subtract_pairs, sum_cuts,
+    square_root, statistics, subtract_pairs, sum_cuts,
 };
 
 pub(crate) use cuts::{Cuts, MAX_COLUMNS};

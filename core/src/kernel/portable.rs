@@ -186,6 +186,11 @@ pub fn find_square(dots: &[i32], norms: &[u32], least: f32) -> usize {
     found.unwrap_or(dots.len().min(norms.len()))
 }
 
+/// Square root, correctly rounded; no number below zero.
+pub fn square_root(x: f32) -> f32 {
+    libm::sqrtf(x)
+}
+
 #[cfg(test)]
 mod tests {
     use std::vec::Vec;

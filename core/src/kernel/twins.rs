@@ -38,6 +38,8 @@ pub enum Disagreement {
     KeepGreatest,
     /// Comparing landmarks by squares.
     FindSquare,
+    /// Square roots.
+    SquareRoot,
 }
 
 /// Numerical Recipes' generator: any sequence will do.
@@ -112,6 +114,7 @@ pub fn compare(seed: u32, cases: u32) -> Result<(), Disagreement> {
         }
         compare_pairs(&pairs)?;
         compare_greatest(&mut random)?;
+        compare_roots(&mut random)?;
     }
     Ok(())
 }
@@ -210,6 +213,17 @@ fn compare_greatest(random: &mut Random) -> Result<(), Disagreement> {
     let is_same = super::find_square(&dots[..len], &norms, least)
         == portable::find_square(&dots[..len], &norms, least);
     agree(is_same, Disagreement::FindSquare)
+}
+
+/// Of any bits; numbers that are none are all the same.
+fn compare_roots(random: &mut Random) -> Result<(), Disagreement> {
+    for _ in 0..16 {
+        let x = f32::from_bits(random.next() << 8 ^ random.next());
+        let (fast, plain) = (super::square_root(x), portable::square_root(x));
+        let is_same = fast.to_bits() == plain.to_bits() || (fast.is_nan() && plain.is_nan());
+        agree(is_same, Disagreement::SquareRoot)?;
+    }
+    Ok(())
 }
 
 pub(super) fn agree(holds: bool, otherwise: Disagreement) -> Result<(), Disagreement> {

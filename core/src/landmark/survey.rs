@@ -188,6 +188,20 @@ impl Candidate {
         self.lattice.point(self.column, self.row)
     }
 
+    /// Candidate `view` where it is in the same row, and not before this one: what
+    /// [`Survey::find`] says, without its divisions.
+    #[must_use]
+    #[inline]
+    pub fn along(&self, view: u32) -> Option<Self> {
+        let column = self.column.checked_add(view.checked_sub(self.view)?)?;
+        let is_inside = column < u32::from(self.lattice.columns);
+        is_inside.then_some(Self {
+            view,
+            column,
+            ..*self
+        })
+    }
+
     /// The number of the window `right` columns to the right and `down` rows below in the same layer, `None` beyond the
     /// lattice.
     #[must_use]
@@ -284,6 +298,26 @@ mod tests {
         let found = survey.find(83 + 1).expect("the first window, turned");
         assert_eq!(found.neighbor(1, 1), Some(83 + 10));
         assert_eq!(found.neighbor(-1, 0), None);
+    }
+
+    #[test]
+    fn rows_go_on_to_their_ends() {
+        let survey = Survey {
+            headings: 2,
+            ..Survey::nominal(lattices())
+        };
+        for first in 1..=survey.count() {
+            let candidate = survey.find(first).expect("a number");
+            for view in 0..=survey.count() + 1 {
+                let along = candidate.along(view);
+                let is_there = survey.find(view).filter(|found| {
+                    let row =
+                        |candidate: &Candidate| (candidate.layer, candidate.lattice, candidate.row);
+                    view >= first && row(found) == row(&candidate)
+                });
+                assert_eq!(along, is_there, "{first} {view}");
+            }
+        }
     }
 
     #[test]

@@ -10,22 +10,21 @@ use crate::{
 /// Frames that are located.
 const FRAMES: u32 = 64;
 
-/// The largest frame that is located, in pixels.
-const MAX_LEN: usize = 160 * 120;
+/// Pixels of the largest frame that [`digest`] locates.
+pub const DIGEST_LEN: usize = 160 * 120;
 
 /// CRC-32 of the fixes of 64 pseudo-random frames of different sizes and contrasts, each at the nominal and at a
 /// pseudo-random pose, computed by the code that flies.
 ///
-/// A board and a host that disagree on any bit of any fix give different numbers.
+/// A board and a host that disagree on any bit of any fix give different numbers. Frames lie in `pixels`.
 #[must_use]
-#[inline(never)] // its frame is not the caller's
-pub fn digest(atlas: &Atlas<'_>) -> u32 {
+#[inline(never)] // its localizer is not the caller's
+pub fn digest(atlas: &Atlas<'_>, pixels: &mut [u8; DIGEST_LEN]) -> u32 {
     const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
     let mut localizer = Localizer::new(atlas.clone());
     let mut digest = CRC.digest();
     for number in 0..FRAMES {
-        let mut buffer = [0; MAX_LEN];
-        let frame = pseudo_random_frame(number, &mut buffer);
+        let frame = pseudo_random_frame(number, pixels);
         for pose in [Some(Pose::NOMINAL), pseudo_random_pose(number)] {
             let fix: Option<Fix> = frame
                 .zip(pose)
@@ -39,13 +38,12 @@ pub fn digest(atlas: &Atlas<'_>) -> u32 {
     digest.finalize()
 }
 
-/// Whether the reduction gives the bits of its reference twin on some small frames.
+/// Whether the reduction gives the bits of its reference twin on some small frames, which lie in `pixels`.
 #[must_use]
-#[inline(never)]
-pub fn reduction_matches_reference() -> bool {
+#[inline(never)] // its views are not the caller's
+pub fn reduction_matches_reference(pixels: &mut [u8; DIGEST_LEN]) -> bool {
     (0..4).all(|number| {
-        let mut buffer = [0; MAX_LEN];
-        let Some(frame) = pseudo_random_frame(number * 16, &mut buffer) else {
+        let Some(frame) = pseudo_random_frame(number * 16, pixels) else {
             return false;
         };
         let side = [20, 13, 50, 2][number as usize % 4];
@@ -70,7 +68,7 @@ fn pseudo_random_pose(number: u32) -> Option<Pose> {
 }
 
 /// Blocks of random levels: contrast at the scale of views, so that fixes differ.
-fn pseudo_random_frame(number: u32, buffer: &mut [u8; MAX_LEN]) -> Option<Frame<'_>> {
+fn pseudo_random_frame(number: u32, buffer: &mut [u8; DIGEST_LEN]) -> Option<Frame<'_>> {
     let width = 32 + (number * 37 % 129) as u16;
     let height = 32 + (number * 53 % 89) as u16;
     let mut state = number.wrapping_mul(0x9e37_79b9) | 1;
@@ -95,7 +93,7 @@ mod tests {
     #[test]
     fn most_posed_frames_show_enough_to_be_located() {
         let located = (0..FRAMES).filter(|&number| {
-            let mut buffer = [0; MAX_LEN];
+            let mut buffer = [0; DIGEST_LEN];
             let frame = pseudo_random_frame(number, &mut buffer).expect("valid");
             let pose = pseudo_random_pose(number).expect("in range");
             level(&frame, &pose, &mut View::black(20)).is_half()

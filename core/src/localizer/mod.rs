@@ -12,7 +12,7 @@ use crate::{
     preprocess::{Coverage, Pose, View, level, reduce},
 };
 
-pub use digest::{digest, reduction_matches_reference};
+pub use digest::{DIGEST_LEN, digest, reduction_matches_reference};
 pub use fix::Fix;
 
 /// Finds frames in an atlas. Holds one view, its coefficients, and how much of it was seen; every frame is answered on

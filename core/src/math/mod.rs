@@ -1,14 +1,16 @@
 //! Rounding and roots whose results have the same bits on every machine.
 //!
-//! `core` has no `f32::sqrt` or `f32::round`, and a platform's own may differ in the last bit. The root comes from
-//! `libm` (correctly rounded); rounding is written out here because it also has to saturate.
+//! `core` has no `f32::sqrt` or `f32::round`, and a platform's own may differ in the last bit. The root is
+//! correctly rounded, by `libm` or by the core's own instruction; rounding is written out here because it also has to saturate.
 
 use core::f32::consts::TAU;
+
+use crate::kernel;
 
 /// Square root, correctly rounded. Negative input gives NaN, as in IEEE 754.
 #[must_use]
 pub fn sqrt(x: f32) -> f32 {
-    libm::sqrtf(x)
+    kernel::square_root(x)
 }
 
 /// The angle of the vector (`along`, `across`) with the first axis, in radians in 0..=π for `across` ≥ 0.

@@ -58,6 +58,11 @@ impl<const PLACES: usize> Router<PLACES> {
         }
     }
 
+    /// Without a goal again, in place.
+    pub fn reset(&mut self) {
+        self.goal = None;
+    }
+
     /// Finds the shortest ways from everywhere to place `goal` (0-based).
     ///
     /// # Errors

@@ -82,17 +82,22 @@ impl Candidates {
         let block = cells.div_ceil(MAX_BLOCKS).max(1);
         let mut rows = [[Tensor::default(); MAX_CELLS]; 3];
         for y in 0..cells {
-            rows.rotate_left(1);
-            let [first, second, third] = &mut rows;
+            // The oldest row makes way for this one.
+            let [a, b, c] = &mut rows;
+            let (first, second, third) = match y % 3 {
+                0 => (b, c, a),
+                1 => (c, a, b),
+                _ => (a, b, c),
+            };
             sum_cells(level, y, third);
             if y < 2 {
                 continue;
             }
-            // The sums of three rows; the window's middle is that of the row before.
-            let mut sums = [Tensor::default(); MAX_CELLS];
-            for (sum, ((a, b), c)) in sums.iter_mut().zip(first.iter().zip(&*second).zip(&*third)) {
-                *sum = add(*a, add(*b, *c));
+            // The sums of three rows, in place of the first; the window's middle is that of the row before.
+            for (sum, (b, c)) in first.iter_mut().zip(second.iter().zip(&*third)) {
+                *sum = add(*sum, add(*b, *c));
             }
+            let sums = &*first;
             let middle = |cell: usize| ((cell * CELL) as f32 + 2.0) * scale;
             let row = (y - 1) / block * MAX_BLOCKS;
             for (x, three) in sums.windows(3).enumerate().take(cells.saturating_sub(2)) {

@@ -58,13 +58,12 @@ pub(super) fn ground([x, y]: [i32; 2]) -> u8 {
 }
 
 /// CRC-32 of every displacement, placement and covariance of a flight of 12 frames, some of them tilted, over a
-/// made-up ground. The odometry is to be new.
+/// made-up ground. The odometry begins anew. Frames lie in `pixels`: 9,216 bytes; 0 when there are fewer.
 #[must_use]
-#[inline(never)] // its frame is not the caller's
-pub fn digest(odometry: &mut Odometry) -> u32 {
+pub fn digest(odometry: &mut Odometry, pixels: &mut [u8]) -> u32 {
     const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
     let mut digest = CRC.digest();
-    let mut pixels = [0; SIDE_PX as usize * SIDE_PX as usize];
+    odometry.reset();
     for number in 0..FRAMES {
         let at = number as f32;
         let placement = Placement {
@@ -73,12 +72,12 @@ pub fn digest(odometry: &mut Odometry) -> u32 {
             heading_rad: 0.02 * at,
             altitude_ratio: 1.0 + 0.004 * at,
         };
-        see_ground(&placement, SIDE_PX, &mut pixels);
+        see_ground(&placement, SIDE_PX, pixels);
         let tilt = Pose::NOMINAL
             .tilted(0.002 * at, -0.001 * at, 1.0)
             .ok()
             .and_then(|pose| pose.tilt());
-        let Ok(frame) = Frame::new(&pixels, SIDE_PX, SIDE_PX, SIDE_PX.into()) else {
+        let Ok(frame) = Frame::new(pixels, SIDE_PX, SIDE_PX, SIDE_PX.into()) else {
             return 0;
         };
         let moved = odometry.advance(&frame, tilt);
@@ -95,4 +94,33 @@ pub fn digest(odometry: &mut Odometry) -> u32 {
         }
     }
     digest.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+
+    use super::*;
+
+    #[test]
+    fn an_odometry_that_begins_anew_is_as_a_new_one() {
+        let mut pixels = [0; 200 * 200];
+        let mut used = Box::new(Odometry::new());
+        let first = digest(&mut used, &mut pixels);
+        // Larger frames, which leave their pixels behind, and a reference that lies second.
+        for number in 0..2_u8 {
+            let placement = Placement {
+                x: 0.05 * f32::from(number),
+                ..Placement::ORIGIN
+            };
+            see_ground(&placement, 200, &mut pixels);
+            let frame = Frame::new(&pixels, 200, 200, 200).expect("valid");
+            used.advance(&frame, None);
+        }
+        used.reset();
+        assert_eq!(used.placement(), Placement::ORIGIN);
+        assert!(used.tracks().is_empty() && used.covariance() == Odometry::new().covariance());
+        assert_eq!(digest(&mut used, &mut pixels), first);
+        assert_eq!(digest(&mut Odometry::new(), &mut pixels), first);
+    }
 }

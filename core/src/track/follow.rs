@@ -57,30 +57,32 @@ fn search(
         let start = start_px.map(|at| at / scale);
         let at = at_px.map(|at| at / scale);
         if !from.is_none()
-            && let Some(template) = Template::new(from, start)
-            && let Some((found, _)) = settle(&template, to, at, NEARLY_PX)
+            && let Some((found, _)) = settle(from, start, to, at, NEARLY_PX)
         {
             at_px = found.map(|at| at * scale);
         }
     }
-    let template = Template::new(&from[0], start_px)?;
-    let (found, correlation) = settle(&template, &to[0], at_px, CONVERGED_PX)?;
+    let (found, correlation) = settle(&from[0], start_px, &to[0], at_px, CONVERGED_PX)?;
     (correlation >= MIN_CORRELATION).then_some(found)
 }
 
-/// Moves a window of a level until it looks like the template; where that is, and the last correlation.
+/// Moves a window of one level, from a guess, until it looks like that of another at `start`; where that is, and the last
+/// correlation.
+#[inline(never)] // one template on the stack, not one per level
 fn settle(
-    template: &Template,
-    level: &Level<'_>,
+    from: &Level<'_>,
     start: [f32; 2],
+    to: &Level<'_>,
+    guess: [f32; 2],
     enough: f32,
 ) -> Option<([f32; 2], f32)> {
-    let mut at = start;
+    let template = Template::new(from, start)?;
+    let mut at = guess;
     for _ in 0..MAX_ITERATIONS {
-        let found = template.compare(level, at)?;
+        let found = template.compare(to, at)?;
         at = found.at_px;
         // Not `>`: also what is not a number ends here.
-        let is_near = distance_squared(at, start) <= MAX_MOVE_PX * MAX_MOVE_PX;
+        let is_near = distance_squared(at, guess) <= MAX_MOVE_PX * MAX_MOVE_PX;
         if !is_near {
             return None;
         }

@@ -26,6 +26,12 @@ impl Frames {
         }
     }
 
+    /// Forgets the reference. Pixels stay, and are not looked at: nothing of no side can be compared.
+    pub fn reset(&mut self) {
+        self.is_swapped = false;
+        (self.square_px, self.side_px) = (0, 0);
+    }
+
     /// Takes in the present frame, whose square has that side, and says whether it can be compared with the reference.
     pub fn present(&mut self, base: &Level<'_>, square_px: u16) -> bool {
         let [first, second] = &mut self.halves;

@@ -49,9 +49,9 @@
 //! and gamma between 0.7 and 1.3; the same with tilts of 4° told wrong by up to 1°, a compass and an altimeter. Corners
 //! are 0.04 to 0.07 pixel from the truth (median), as OpenCV's are.
 //!
-//! **Cost.** 2,265,529 instructions on the target for a frame of 200×200 with 20 corners, detection included; 3,782,380
-//! when none is found again. 66,232 bytes of state, of which the frame that is tracked from takes 40,000, and 7,188 bytes
-//! of stack.
+//! **Cost.** 2,065,190 instructions on the target for a frame of 200×200 with 20 corners, detection included; 3,551,630
+//! when none is found again. 66,232 bytes of state, of which the frame that is tracked from takes 40,000, and 5,400
+//! bytes of stack.
 //!
 //! **Limits.** Flat ground. The middle 200×200 pixels of larger frames. In frames of 200×200 corners are found up to
 //! some 16 pixels from where they should be, less in smaller ones; windows are not turned or scaled, which is good for 8°

@@ -79,6 +79,26 @@ impl Odometry {
         }
     }
 
+    /// Begins anew, as [`new`](Self::new) does, in place: it is too large for the stack of a board.
+    pub fn reset(&mut self) {
+        let Self {
+            frames,
+            tracks,
+            pose,
+            reference_turn,
+            motion,
+            common,
+            fit,
+            is_waiting,
+        } = self;
+        frames.reset();
+        *tracks = Tracks::new();
+        (*pose, *motion) = (None, None);
+        *reference_turn = [0.0; 2];
+        (*common, *fit) = (ZERO, ZERO);
+        *is_waiting = false;
+    }
+
     /// Takes the vehicle to be at `start`, known to `covariance`, as after a fix. Corners that are tracked stay so.
     ///
     /// Does nothing and says `false` when a number is not finite, the altitude not positive, or a variance negative.

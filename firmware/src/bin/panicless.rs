@@ -2,7 +2,8 @@
 //!
 //! It is built, not run. Everything that stands between untrusted bytes and a fix is called with input that the
 //! compiler cannot see through: an atlas is parsed, frames come as pixels, over the link, are reduced to views and tracked,
-//! belief, route and mission make commands of them. Where the optimizer leaves one check that can fail in any of that, the handler is linked and the linker reports that
+//! belief, route and mission make commands of them, and without an atlas a chart is explored and flown over. Where the
+//! optimizer leaves one check that can fail in any of that, the handler is linked and the linker reports that
 //! `a_panic_path_is_linked` is undefined.
 //!
 //! To find the culprit, link all the same, and ask for the calls of the panicking functions and their inlined callers
@@ -25,6 +26,7 @@ use core::{hint::black_box, panic::PanicInfo};
 
 use eigenmark_core::{
     atlas::{Atlas, checksum},
+    chart::{self, Exploration, Pattern},
     frame::Frame,
     landmark::{Circle, Point, Prior, Sector},
     link::{MAX_REPLY_LEN, Receiver, Reply, Responder},
@@ -42,6 +44,17 @@ static RESPONDER: ConstStaticCell<Responder> = ConstStaticCell::new(Responder::n
 
 type BoardMemory = Memory<BOARD_STATES, BOARD_PLACES>;
 
+/// A chart as large as a board has room for beside a frame of 120×120.
+const CHARTED_PLACES: usize = 128;
+const CHARTED_LEGS: usize = 1024;
+
+type ChartMemory = chart::Memory<CHARTED_PLACES, CHARTED_LEGS>;
+
+const PATTERN: Pattern = Pattern::Square {
+    spacing: 1.0,
+    rings: 1,
+};
+
 #[cortex_m_rt::entry]
 fn main() -> ! {
     if let Some(responder) = RESPONDER.try_take()
@@ -56,6 +69,9 @@ fn main() -> ! {
         && let Ok(atlas) = Atlas::parse(opaque())
     {
         navigate(Navigator::new(atlas, memory), black_box(&Router::new()));
+    }
+    if let Some(memory) = black_box(None) {
+        explore(Exploration::new(black_box(PATTERN), memory));
     }
     let mut host = Receiver::<MAX_REPLY_LEN>::new();
     loop {
@@ -147,15 +163,30 @@ fn navigate(
     while black_box(true) {
         black_box(navigator.go(black_box(&[])).is_ok());
         let frame = Frame::new(opaque(), black_box(0), black_box(0), black_box(0));
-        let readings = Readings {
-            heading_rad: black_box(None),
-            tilt: pose().ok().and_then(|pose| pose.tilt()),
-            altitude_ratio: black_box(None),
-        };
-        black_box(navigator.advance(frame.ok().as_ref(), &readings, black_box(0.0)));
+        black_box(navigator.advance(frame.ok().as_ref(), &readings(), black_box(0.0)));
         black_box((navigator.goals_left(), navigator.belief().weights()));
         let map = navigator.atlas().topology();
         black_box(router.route(map, black_box(0)).count());
+    }
+}
+
+/// Pattern, eigenspace and chart, and the way back over it.
+fn explore(mut exploration: Exploration<&mut ChartMemory, CHARTED_PLACES, CHARTED_LEGS>) {
+    while black_box(true) {
+        let frame = Frame::new(opaque(), black_box(0), black_box(0), black_box(0));
+        let advanced = exploration.advance(frame.ok().as_ref(), &readings(), black_box(0.0));
+        black_box(advanced);
+        black_box(exploration.go(black_box(0)).is_ok());
+    }
+    black_box((exploration.chart(), exploration.odometry()));
+}
+
+/// What the instruments may say, or not.
+fn readings() -> Readings {
+    Readings {
+        heading_rad: black_box(None),
+        tilt: pose().ok().and_then(|pose| pose.tilt()),
+        altitude_ratio: black_box(None),
     }
 }
 

@@ -6,19 +6,21 @@
 use eigenmark_core::{
     atlas::{Atlas, AtlasError},
     explore, kernel,
-    localizer::{Localizer, digest, reduction_matches_reference},
+    localizer::{DIGEST_LEN, Localizer, digest, reduction_matches_reference},
+    navigator::{self, BOARD_PLACES, BOARD_STATES, Memory},
     track::{self, Odometry},
 };
 use eigenmark_firmware::{
     atlas_region::{self, Slot},
     fail,
-    guard::{Guard, Guarded},
+    guard::Guard,
+    room::{Begin, Room},
     stack, succeed,
 };
 use static_cell::ConstStaticCell;
 
-/// Budget of the stack, in bytes; the digest's frame of 19,200 bytes lies on it besides.
-const STACK_BYTES: usize = 8 * 1024 + 160 * 120;
+/// Budget of the stack of a fix, in bytes.
+const STACK_BYTES: usize = 8 * 1024;
 
 /// Pseudo-random cases in which the fast kernels are compared with the portable ones; more where the environment of the
 /// build says so.
@@ -33,18 +35,49 @@ const TWIN_CASES: u32 = match option_env!("EIGENMARK_TWIN_CASES") {
 /// The same with what they read and write at the edges of a guarded room.
 const EDGE_CASES: u32 = 500;
 
-/// What the frame of the odometry's digest takes of the stack, in bytes.
-const TRACKED_BYTES: usize = 96 * 96;
+/// Path integration, and its frames.
+struct Path {
+    odometry: Odometry,
+    pixels: Pixels,
+}
 
-static ODOMETRY: ConstStaticCell<Odometry> = ConstStaticCell::new(Odometry::new());
+/// All that flies, and its frames.
+struct Flight {
+    memory: Memory<BOARD_STATES, BOARD_PLACES>,
+    pixels: Pixels,
+}
 
-static ROOM: ConstStaticCell<Guarded> = ConstStaticCell::new(Guarded::new());
+/// Pixels of a frame, at a whole word as a camera's are.
+#[repr(align(4))]
+struct Pixels([u8; DIGEST_LEN]);
+
+impl Begin for Path {
+    const BEGIN: Self = Self {
+        odometry: Odometry::new(),
+        pixels: Pixels::BEGIN,
+    };
+}
+
+impl Begin for Flight {
+    const BEGIN: Self = Self {
+        memory: Memory::new(),
+        pixels: Pixels::BEGIN,
+    };
+}
+
+impl Begin for Pixels {
+    const BEGIN: Self = Self([0; _]);
+}
+
+static ROOM: ConstStaticCell<Room<{ size_of::<Flight>() }>> = ConstStaticCell::new(Room::new());
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // First, for what follows needs more.
-    let track = track::digest(ODOMETRY.take());
-    let odometry_stack = stack::high_water_mark() - TRACKED_BYTES;
+    let room = ROOM.take();
+    // What needs more of the stack comes later.
+    let Path { odometry, pixels } = room.hold();
+    let track = track::digest(odometry, &mut pixels.0);
+    let odometry_stack = stack::high_water_mark();
     let Some((slot, atlas)) = atlas_region::find() else {
         defmt::error!("no slot holds a valid atlas");
         fail()
@@ -66,20 +99,24 @@ fn main() -> ! {
             Err(AtlasError::Misaligned { offset: 4 })
         ),
     );
+    let Pixels(pixels) = room.hold();
     check(
         "the reduction matches its reference",
-        reduction_matches_reference(),
+        reduction_matches_reference(pixels),
     );
 
-    let digest = digest(&atlas);
+    let digest = digest(&atlas, pixels);
     let stack = stack::high_water_mark();
     check("the stack stays within its budget", stack <= STACK_BYTES);
+    let Flight { memory, pixels } = room.hold();
+    let navigate = navigator::digest(atlas.clone(), memory, &mut pixels.0);
+    let navigator_stack = stack::high_water_mark();
     if let Err(kernel) = kernel::compare(1, TWIN_CASES) {
         defmt::error!("the twins of a kernel disagree: {}", kernel);
         fail()
     }
     defmt::info!("kernels match their twins in {} cases: ok", TWIN_CASES);
-    let Some(mut guard) = Guard::new(ROOM.take()) else {
+    let Some(mut guard) = Guard::new(room.hold()) else {
         fail()
     };
     check("guards are noticed", guard.notices_its_neighbors());
@@ -89,15 +126,18 @@ fn main() -> ! {
     }
     check("kernels stay within their slices", guard.is_untouched());
     defmt::println!(
-        "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"explore\":\"{:08x}\",\"track\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{},\"odometry_bytes\":{},\"odometry_stack_bytes\":{}}}",
+        "{{\"atlas\":\"{:08x}\",\"digest\":\"{:08x}\",\"explore\":\"{:08x}\",\"track\":\"{:08x}\",\"navigate\":\"{:08x}\",\"localizer_bytes\":{},\"stack_bytes\":{},\"odometry_bytes\":{},\"odometry_stack_bytes\":{},\"navigator_bytes\":{},\"navigator_stack_bytes\":{}}}",
         atlas.crc(),
         digest,
         explore::digest(),
         track,
+        navigate,
         size_of::<Localizer<'_>>(),
-        stack - 160 * 120,
+        stack,
         size_of::<Odometry>(),
         odometry_stack,
+        size_of::<Memory<BOARD_STATES, BOARD_PLACES>>(),
+        navigator_stack,
     );
     succeed()
 }

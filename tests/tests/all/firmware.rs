@@ -19,7 +19,8 @@ use eigenmark_core::{
     frame::FrameError,
     landmark::{Metric, Width},
     link::{Damage, Identity, MAX_REQUEST_LEN, Rejection, Reply, Request},
-    localizer::{Fix, Localizer, digest},
+    localizer::{DIGEST_LEN, Fix, Localizer, digest},
+    navigator::{self, BOARD_PLACES, BOARD_STATES, Memory},
     track::{self, Odometry},
 };
 use eigenmark_tests::{
@@ -45,12 +46,21 @@ const RENDERED_EVERY: usize = 5;
 /// Instruction counts and sizes may rise by this share before the record must be renewed.
 const MAX_RISE: f64 = 0.02;
 
-/// Budgets: RAM of the localizer without frames and of the odometry, stack of each, flash of the navigator without an atlas, and the report's atlas.
+/// Budgets: RAM of the localizer without frames and of the odometry, stack of each, flash of the navigator without an atlas,
+/// and the report's atlas.
 const MAX_LOCALIZER_BYTES: u64 = 4 * 1024;
 const MAX_STACK_BYTES: u64 = 8 * 1024;
 const MAX_ODOMETRY_BYTES: u64 = 68 * 1024;
 const MAX_FIRMWARE_BYTES: u64 = 96 * 1024;
 const MAX_ATLAS_BYTES: u64 = 16 * 1024;
+
+/// What a flight needs: the navigator's memory and a frame of 160×120, where `memory.x` has statics; those of the board
+/// take less than 128 bytes besides. And its stack, with the localizer on it.
+const MAX_NAVIGATOR_BYTES: u64 = 116 * 1024 - 160 * 120 - 128;
+const MAX_NAVIGATOR_STACK_BYTES: u64 = 10 * 1024;
+
+/// A whole step of the navigator within a frame of thirty per second, at 168 MHz.
+const MAX_NAVIGATE_INSTRUCTIONS: u64 = 5_544_000;
 
 fn trained(map: &TestMap, selection: Selection) -> (Map, AtlasBuffer) {
     let opened = map.open();
@@ -357,20 +367,26 @@ fn the_selftest_passes_and_its_digest_is_the_hosts() {
         return;
     }
     let firmware = board::firmware("selftest").expect("builds");
-    let track = track::digest(&mut Box::new(Odometry::new()));
+    let mut pixels = Box::new([0; DIGEST_LEN]);
+    let track = track::digest(&mut Box::new(Odometry::new()), &mut *pixels);
     for map in maps::all() {
         let (_, atlas) = trained(&map, Selection::All);
+        let atlas = tables::with_way(&atlas);
         let (code, logs) = run(&Board::flashed(&firmware).with_atlas(&atlas));
         assert_eq!(code, 0, "{logs:?}");
         let result = printed(&logs);
         assert_eq!(
             result["digest"],
-            format!("{:08x}", digest(&atlas.atlas())),
+            format!("{:08x}", digest(&atlas.atlas(), &mut pixels)),
             "{}",
             map.name
         );
         assert_eq!(result["explore"], format!("{:08x}", explore::digest()));
         assert_eq!(result["track"], format!("{track:08x}"));
+        // As much room as the board's.
+        let memory = Box::new(Memory::<BOARD_STATES, BOARD_PLACES>::new());
+        let navigate = navigator::digest(atlas.atlas(), memory, &mut *pixels);
+        assert_eq!(result["navigate"], format!("{navigate:08x}"));
         println!("{}: {result}", map.name);
     }
 }
@@ -420,6 +436,9 @@ fn instruction_counts_do_not_rise_above_their_record() {
         let printed = logs.into_iter().filter(|log| log.level.is_none());
         lines.extend(printed.map(|log| log.text));
     }
+    let steps = lines.iter().filter(|line| line.contains("navigate_"));
+    let steps: Vec<u64> = steps.map(|line| number(line, "instructions")).collect();
+    assert!(steps.len() == 2 && steps.iter().all(|&step| step <= MAX_NAVIGATE_INSTRUCTIONS));
     compare_with_record("cycles.jsonl", "instructions", &lines);
 }
 
@@ -451,6 +470,12 @@ fn sizes_do_not_rise_above_their_record() {
             "odometry_stack",
             bytes("odometry_stack_bytes"),
             MAX_STACK_BYTES,
+        ),
+        ("navigator", bytes("navigator_bytes"), MAX_NAVIGATOR_BYTES),
+        (
+            "navigator_stack",
+            bytes("navigator_stack_bytes"),
+            MAX_NAVIGATOR_STACK_BYTES,
         ),
         ("navigator_flash", flash, MAX_FIRMWARE_BYTES),
         ("atlas_83", atlas.bytes().len() as u64, MAX_ATLAS_BYTES),
@@ -484,6 +509,11 @@ fn the_readme_states_the_records() {
             assert!(readme.contains(&stated), "README.md does not state {line}");
         }
     }
+}
+
+fn number(line: &str, unit: &str) -> u64 {
+    let value: serde_json::Value = serde_json::from_str(line).expect("JSON");
+    value[unit].as_u64().expect("a number")
 }
 
 /// Compares lines of JSON with their record in `firmware/`, or renews it.
