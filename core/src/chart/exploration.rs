@@ -12,7 +12,7 @@ use crate::{
     landmark::Point,
     math::{exp_of_negative, sqrt, wrapped},
     mission::{Command, Limits, Mission, Situation, State},
-    navigator::{ALTIMETER_VARIANCE, Readings, dead_reckoning::DeadReckoning},
+    navigator::{Readings, dead_reckoning::DeadReckoning},
     preprocess::View,
     route::{Leg, RouteError},
     track::{Covariance, Displacement, Odometry, Placement},
@@ -30,6 +30,9 @@ const SAME: f32 = 0.95 * window::CONTRAST;
 /// axis, in square sides, and of the heading, in square radians. For tilts told wrong, an altimeter that walks, torn frames.
 const ASTRAY: f32 = 4e-4;
 const ASTRAY_TURN: f32 = 1e-5;
+
+/// Variance of an altimeter: 3 %, relative.
+const ALTIMETER_VARIANCE: f32 = 0.03 * 0.03;
 
 /// Variance of a turn that the compass saw while frames could not be related: 1°.
 const COMPASS_TURN_VARIANCE: f32 = 0.017 * 0.017;

@@ -11,10 +11,16 @@
 //! corner is found again and the belief spreads as widely as it ever does. A frame of thirty per second has 5,600,000 at
 //! 168 MHz. A landmark more costs some 200, a state more 45 to 165.
 //!
+//! **A wrong compass.** Where landmarks were stored at one heading, frames are levelled by the compass. How far it is off
+//! is learned from how alike frames and landmarks look (`compass`): what is believed of the heading is corrected by that, and
+//! commands are given in what the compass will read. Over Kitsap, twenty flights with a compass wrong by up to 10°, that took
+//! confident estimates that are wrong from 1.7 % to 0.1 %.
+//!
 //! **Without an instrument.** Without a compass the heading is what landmarks at several headings say, or else that of
 //! path integration; without an altimeter the altitude is; without roll and pitch the camera is taken to look straight
 //! down. Without a frame, or when a frame cannot be related to the one before, the vehicle is taken to move on as it did.
 
+mod compass;
 pub(crate) mod dead_reckoning;
 mod digest;
 #[cfg(test)]
@@ -36,6 +42,7 @@ use crate::{
     track::{Displacement, Odometry},
 };
 
+use compass::Compass;
 use dead_reckoning::DeadReckoning;
 
 pub use digest::digest;
@@ -76,12 +83,12 @@ const LEAST_WORTH: f32 = 0.05;
 /// How wrong a compass is believed to be at most, where landmarks were stored at several headings: 15°.
 const COMPASS_TOLERANCE_RAD: f32 = 15.0_f32.to_radians();
 
-/// Variances of a compass (6°, in squared radians) and of an altimeter (3 %, relative), and for how long their errors stay
+/// Variances of a compass (6°, in squared radians) and of an altimeter (1.8 %, relative), and for how long their errors stay
 /// alike, in seconds: of what they say meanwhile, all together counts once. That is twice the time that a walking error
 /// takes to forget where it was.
 const COMPASS_VARIANCE: f32 = 0.1 * 0.1;
-pub(crate) const ALTIMETER_VARIANCE: f32 = 0.03 * 0.03;
-pub(crate) const ALIKE_FOR_S: f32 = 120.0;
+const ALTIMETER_VARIANCE: f32 = 0.018 * 0.018;
+const ALIKE_FOR_S: f32 = 120.0;
 
 /// What the instruments say when a frame is taken; what is missing is `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -111,6 +118,7 @@ pub struct Navigator<'a, M, const STATES: usize, const PLACES: usize> {
     goals: Deque<u16, MAX_GOALS>,
     mission: Mission,
     reckoning: DeadReckoning,
+    compass: Compass,
     has_seen: bool,
 }
 
@@ -172,6 +180,7 @@ where
             goals: Deque::new(),
             mission: Mission::new(limits),
             reckoning: DeadReckoning::default(),
+            compass: Compass::default(),
             has_seen: false,
         }
     }
@@ -239,7 +248,13 @@ where
             displacement = self.memory.odometry.advance(frame, readings.tilt);
             self.correct(readings, step_s);
         }
-        let heading_rad = self.heading(readings);
+        let is_compared = self.is_compared(readings);
+        let deviation_rad = if is_compared {
+            self.compass.deviation_rad()
+        } else {
+            0.0
+        };
+        let heading_rad = wrapped(self.heading(readings) - deviation_rad);
         // A frame that is passed over says nothing yet.
         let is_taken = frame.is_some() && !self.memory.odometry.is_waiting();
         let is_unrelated = is_taken && displacement.is_none();
@@ -251,8 +266,19 @@ where
             self.memory.belief.gate(compass, COMPASS_TOLERANCE_RAD);
         }
         if let Some(frame) = frame {
-            fix = self.locate(frame, readings, heading_rad);
-            if is_taken && fix.is_some() {
+            if is_unrelated {
+                self.compass.forget_last();
+            }
+            let by_rad = if is_compared {
+                self.compass.aside(heading_rad)
+            } else {
+                heading_rad
+            };
+            fix = self.locate(frame, readings, by_rad);
+            if is_taken && let Some(fix) = &fix {
+                if is_compared {
+                    self.compass.learn(fix.distance * fix.distance);
+                }
                 let observation = Observation {
                     independent_px: INDEPENDENT * footprint_px,
                     least_worth: LEAST_WORTH,
@@ -269,8 +295,13 @@ where
             .then(|| self.memory.belief.estimate(footprint_px));
         let heading_rad = estimate.map_or(heading_rad, |estimate| estimate.heading_rad);
         self.decide(estimate, heading_rad, step_s);
+        let command = self.mission.command();
         Guidance {
-            command: self.mission.command(),
+            // By the autopilot's compass.
+            command: Command {
+                heading_rad: wrapped(command.heading_rad + deviation_rad),
+                ..command
+            },
             state: self.mission.state(),
             leg: self.mission.leg(),
             estimate,
@@ -327,9 +358,16 @@ where
         self.memory.router.plan(topology, goal)
     }
 
+    /// What the compass reads; the heading of path integration without one.
     fn heading(&self, readings: &Readings) -> f32 {
         let known = readings.heading_rad.filter(|heading| heading.is_finite());
-        wrapped(known.unwrap_or_else(|| self.memory.odometry.placement().heading_rad))
+        known.unwrap_or_else(|| self.memory.odometry.placement().heading_rad)
+    }
+
+    /// Whether landmarks say how far the compass is off: there is one, and they were stored at one heading.
+    fn is_compared(&self, readings: &Readings) -> bool {
+        readings.heading_rad.is_some_and(f32::is_finite)
+            && self.atlas().header().survey.headings <= 1
     }
 
     /// The frame's fix, levelled by what is known of its pose.
