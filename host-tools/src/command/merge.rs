@@ -43,13 +43,18 @@ impl Cmd {
             .map(|path| Part::read(path).with_context(|| path.display().to_string()))
             .collect::<anyhow::Result<_>>()?;
         let map = Map::open(&self.map)?;
-        if let (Some(directory), Some(part)) = (&self.export, parts.first()) {
-            check_export(&map, &part.settings, directory).with_context(|| self.map.clone())?;
+        let settings = &parts
+            .first()
+            .context("at least one part is needed")?
+            .settings;
+        if let Some(directory) = &self.export {
+            check_export(&map, settings, directory).with_context(|| self.map.clone())?;
         }
+        let places = self.places.read(&map, settings)?;
         let with_profile = self.export.is_some();
         let mut trained = merge(&map, parts, with_profile, &Progress::Stderr)
             .with_context(|| self.map.clone())?;
-        self.places.add_to(&map, &mut trained)?;
+        places.add_to(&map, &mut trained)?;
         deliver(&trained, &self.out, self.export.as_deref(), self.json)
     }
 }

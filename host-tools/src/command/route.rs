@@ -100,15 +100,22 @@ impl Cmd {
         let Some(from) = self.from else {
             return self.list(&atlas);
         };
-        let from = from.resolve(&atlas)?;
+        let legs = self
+            .legs(&atlas, from)
+            .with_context(|| self.atlas.display().to_string())?;
+        self.print(&legs)
+    }
+
+    /// The legs through all stops.
+    fn legs(&self, atlas: &Atlas<'_>, from: Stop) -> anyhow::Result<Vec<Leg>> {
+        let mut place = from.resolve(atlas)?;
         let mut legs = Vec::new();
-        let mut place = from;
         for stop in &self.to {
-            let goal = stop.resolve(&atlas)?;
-            legs.extend(way(&atlas, place, goal)?);
+            let goal = stop.resolve(atlas)?;
+            legs.extend(way(atlas, place, goal)?);
             place = goal;
         }
-        self.print(&legs)
+        Ok(legs)
     }
 
     /// All places and legs.

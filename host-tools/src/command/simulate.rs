@@ -10,10 +10,10 @@ use clap::{Args, value_parser};
 use eigenmark::{
     atlas::AtlasBuffer,
     map::Map,
-    output::{Progress, check_directory, check_target},
+    output::Progress,
     simulate::{
-        Camera, End, Flight, FlightPicture, FlightSettings, Onboard, Plan, Recording, Statistics,
-        Step, Totals, World, fly_all, fly_recorded, plan_flights, plan_route,
+        Camera, End, Flight, FlightPicture, FlightSettings, Onboard, Plan, Recorder, Recording,
+        Statistics, Step, Totals, World, fly_all, fly_recorded, plan_flights, plan_route,
     },
 };
 use eigenmark_core::{atlas::Atlas, landmark::Point};
@@ -63,8 +63,8 @@ pub struct Cmd {
     /// Record the flight: frames, truth, instruments, what the vehicle thought
     #[arg(long, value_name = "DIR", conflicts_with_all = ["flights", "replay"])]
     record: Option<PathBuf>,
-    /// Show a recorded flight to the vehicle's software instead of flying
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["flights", "route", "seed", "rate", "frame"])]
+    /// Show a recorded flight to the vehicle's software instead of flying; the recording knows its scale and camera
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["meters_per_px", "route", "flights", "distance", "no_kidnapping", "seed", "rate", "frame"])]
     replay: Option<PathBuf>,
     /// Exit with 1 when fewer flights arrive, in percent
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
@@ -93,14 +93,62 @@ impl From<Flight> for Flown {
     }
 }
 
+/// A recording, and where it lies.
+struct Recorded<'a> {
+    directory: &'a Path,
+    recording: Recording,
+}
+
+impl<'a> Recorded<'a> {
+    fn open(directory: &'a Path) -> anyhow::Result<Self> {
+        let recording = Recording::open(directory)?;
+        Ok(Self {
+            directory,
+            recording,
+        })
+    }
+
+    /// Shows it to the vehicle's software; says when that is another flight than the one that was recorded.
+    fn replay(&self, map: &Map, atlas: &Atlas<'_>) -> anyhow::Result<Flown> {
+        let header = self.recording.header();
+        let directory = self.directory.display();
+        if header.map.crc != map.crc() {
+            eprintln!(
+                "{directory}: recorded over {} ({:08x}), measured and drawn over {} ({:08x})",
+                header.map.name,
+                header.map.crc,
+                map.name(),
+                map.crc()
+            );
+        }
+        if let Some(crc) = header.atlas_crc.filter(|&crc| crc != atlas.crc()) {
+            eprintln!(
+                "{directory}: recorded with atlas {crc:08x}, shown to a vehicle that flies by {:08x}",
+                atlas.crc()
+            );
+        }
+        let goal = header.settings.and_then(|settings| settings.goal);
+        let place = goal.and_then(|goal| atlas.topology().nearest(goal));
+        let goals: Vec<u16> = place.into_iter().collect();
+        let mut pilot = Onboard::new(atlas.clone(), &goals, header.field_of_view_rad)?;
+        Ok(Flown {
+            end: header.end,
+            goal,
+            what: format!("recorded in {directory}"),
+            steps: self.recording.replay(&mut pilot)?,
+        })
+    }
+}
+
 impl Cmd {
     pub fn run(self) -> anyhow::Result<()> {
         if let Some(picture) = &self.picture {
-            check_target(picture)?;
+            FlightPicture::check(picture)?;
         }
         if let Some(directory) = &self.record {
-            check_directory(directory)?;
+            Recorder::check(directory)?;
         }
+        let recorded = self.replay.as_deref().map(Recorded::open).transpose()?;
         let map = Map::open(&self.map)?;
         let buffer = AtlasBuffer::read(&self.atlas)?;
         let (found, expected) = (buffer.atlas().header().map_px, (map.width(), map.height()));
@@ -119,18 +167,20 @@ impl Cmd {
         let (width, height) = self.frame;
         let world = World {
             map: &map,
-            meters_per_px: self.meters_per_px,
+            meters_per_px: recorded
+                .as_ref()
+                .map_or(self.meters_per_px, |it| it.recording.header().meters_per_px),
             camera: Camera::sized(width, height, atlas.header().footprint_px.into()),
         };
-        let flights = match &self.replay {
-            Some(directory) => vec![self.replay(directory, &atlas)?],
+        let flights = match &recorded {
+            Some(recorded) => vec![recorded.replay(&map, &atlas)?],
             None => self.fly(&world, &atlas)?,
         };
         self.deliver(&world, &atlas, &flights)
     }
 
-    /// Plans and flies.
-    fn fly(&self, world: &World<'_>, atlas: &Atlas<'_>) -> anyhow::Result<Vec<Flown>> {
+    /// The flights that are asked for.
+    fn plan(&self, world: &World<'_>, atlas: &Atlas<'_>) -> anyhow::Result<Vec<Plan>> {
         let mut plans = if self.route.is_empty() {
             let is_kidnapped = !self.no_kidnapping;
             plan_flights(
@@ -149,6 +199,14 @@ impl Cmd {
         for plan in &mut plans {
             plan.settings.frame_rate_hz = self.rate;
         }
+        Ok(plans)
+    }
+
+    /// Plans and flies.
+    fn fly(&self, world: &World<'_>, atlas: &Atlas<'_>) -> anyhow::Result<Vec<Flown>> {
+        let plans = self
+            .plan(world, atlas)
+            .with_context(|| self.atlas.display().to_string())?;
         let pilot = |plan: &Plan| {
             Onboard::new(atlas.clone(), &plan.goals, world.camera.field_of_view_rad())
         };
@@ -169,29 +227,6 @@ impl Cmd {
         };
         let flights = fly_all(world, &settings, planned, |_| bar.inc(1))?;
         Ok(flights.into_iter().map(Flown::from).collect())
-    }
-
-    /// Shows a recording.
-    fn replay(&self, directory: &Path, atlas: &Atlas<'_>) -> anyhow::Result<Flown> {
-        let recording = Recording::open(directory)?;
-        let header = recording.header();
-        if let Some(crc) = header.atlas_crc.filter(|&crc| crc != atlas.crc()) {
-            eprintln!(
-                "{}: recorded with atlas {crc:08x}, shown to a vehicle that flies by {:08x}",
-                directory.display(),
-                atlas.crc()
-            );
-        }
-        let goal = header.settings.and_then(|settings| settings.goal);
-        let place = goal.and_then(|goal| atlas.topology().nearest(goal));
-        let goals: Vec<u16> = place.into_iter().collect();
-        let mut pilot = Onboard::new(atlas.clone(), &goals, header.field_of_view_rad)?;
-        Ok(Flown {
-            end: header.end,
-            goal,
-            what: format!("recorded in {}", directory.display()),
-            steps: recording.replay(&mut pilot)?,
-        })
     }
 
     /// Prints, and draws.

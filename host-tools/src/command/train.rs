@@ -13,7 +13,7 @@ use eigenmark::{
     map::{Map, open_color},
     output::{Progress, check_directory, check_target, create_dir, write_file, write_npy},
     report::{AtlasReport, atlas_cell, atlas_report},
-    topology,
+    topology::{self, Network},
     train::{Shard, Trained, fold_shard, train},
 };
 use serde_json::json;
@@ -35,7 +35,7 @@ pub struct Cmd {
     #[command(flatten)]
     settings: SettingsArgs,
     /// Only fold this share of the views, such as 2/4; --out is then a part for `merge`
-    #[arg(long, value_name = "I/N", conflicts_with = "export")]
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["export", "places"])]
     shard: Option<Shard>,
     /// Also write views, eigenspace, distances and ranking as NumPy files into this directory
     #[arg(long, value_name = "DIR")]
@@ -61,16 +61,44 @@ pub struct PlacesArgs {
     places: Option<String>,
 }
 
+/// The topological map that is asked for.
+#[derive(Debug)]
+pub enum Places {
+    /// None.
+    None,
+    /// To be found when the atlas is there.
+    Auto,
+    /// What a file says.
+    Given(Network),
+}
+
 impl PlacesArgs {
-    /// Adds the places to what was trained.
-    pub fn add_to(&self, map: &Map, trained: &mut Trained) -> anyhow::Result<()> {
-        let is_dense = trained.settings.stride_px.is_some();
-        let default = if is_dense { "auto" } else { "none" };
+    /// Before long work: reads the file, if there is one.
+    pub fn read(&self, map: &Map, settings: &Settings) -> anyhow::Result<Places> {
+        let default = match settings.stride_px {
+            Some(_) => "auto",
+            None => "none",
+        };
+        Ok(match self.places.as_deref().unwrap_or(default) {
+            "none" => Places::None,
+            "auto" => Places::Auto,
+            file => {
+                let map_px = (map.width(), map.height());
+                let footprint_px = settings.view_size_px as f32;
+                Places::Given(topology::read(Path::new(file), map_px, footprint_px)?)
+            }
+        })
+    }
+}
+
+impl Places {
+    /// Adds them to what was trained.
+    pub fn add_to(self, map: &Map, trained: &mut Trained) -> anyhow::Result<()> {
         let atlas = trained.atlas.atlas();
-        let network = match self.places.as_deref().unwrap_or(default) {
-            "none" => return Ok(()),
-            "auto" => topology::lay_out(map, &atlas, &Progress::Stderr),
-            file => topology::read(Path::new(file), &atlas)?,
+        let network = match self {
+            Self::None => return Ok(()),
+            Self::Auto => topology::lay_out(map, &atlas, &Progress::Stderr),
+            Self::Given(network) => network,
         };
         let charted = network.add_to(&atlas)?;
         trained.atlas = charted;
@@ -104,10 +132,11 @@ impl Cmd {
         if let Some(directory) = &self.export {
             check_export(&map, &settings, directory).with_context(|| self.map.clone())?;
         }
+        let places = self.places.read(&map, &settings)?;
         let with_profile = self.export.is_some();
         let mut trained = train(&map, &settings, with_profile, &Progress::Stderr)
             .with_context(|| self.map.clone())?;
-        self.places.add_to(&map, &mut trained)?;
+        places.add_to(&map, &mut trained)?;
         deliver(&trained, &self.out, self.export.as_deref(), self.json)?;
         if let Some(report) = &self.report {
             let summary = Summary::of(&trained.atlas());

@@ -47,7 +47,7 @@ pub enum PlanError {
         to: u16,
     },
     /// The atlas's places are too few.
-    #[error("routes need at least two places that a leg joins; the atlas has {0} places")]
+    #[error("a route needs two places that a leg joins; places of the atlas: {0}")]
     NoRoutes(usize),
     /// More goals than can be given at once.
     #[error("a route of {0} goals; expected at most {MAX_GOALS}")]

@@ -12,7 +12,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use eigenmark_core::{atlas::Atlas, landmark::Point};
+use eigenmark_core::landmark::Point;
 use serde::Deserialize;
 
 use super::{Network, ROOM, legs};
@@ -39,7 +39,7 @@ pub enum FileError {
         /// Where it is not.
         source: serde_json::Error,
     },
-    /// What it says does not fit the atlas.
+    /// What it says does not fit the map or an atlas.
     #[error("{}: {what}", path.display())]
     Contents {
         /// The file.
@@ -63,11 +63,12 @@ struct WrittenPlace {
     y_px: f32,
 }
 
-/// Reads places and legs for `atlas`.
+/// Reads places and legs for an atlas of a map of that width and height, with views of that side, in map pixels. The
+/// atlas need not be there yet.
 ///
 /// # Errors
 /// When the file cannot be read, or is not what it should be.
-pub fn read(path: &Path, atlas: &Atlas<'_>) -> Result<Network, FileError> {
+pub fn read(path: &Path, map_px: (u32, u32), footprint_px: f32) -> Result<Network, FileError> {
     let failed = |source| FileError::Read {
         path: path.to_owned(),
         source,
@@ -89,15 +90,18 @@ pub fn read(path: &Path, atlas: &Atlas<'_>) -> Result<Network, FileError> {
         path: path.to_owned(),
         source,
     })?;
-    network(&written, atlas).map_err(wrong)
+    network(&written, map_px, footprint_px).map_err(wrong)
 }
 
-fn network(written: &Written, atlas: &Atlas<'_>) -> Result<Network, String> {
+fn network(
+    written: &Written,
+    (width, height): (u32, u32),
+    footprint_px: f32,
+) -> Result<Network, String> {
     let count = written.places.len();
     if count > ROOM.0 {
         return Err(format!("{count} places; an atlas has room for {}", ROOM.0));
     }
-    let (width, height) = atlas.header().map_px;
     let mut places = Vec::with_capacity(count);
     for (place, number) in written.places.iter().zip(1..) {
         let (x_px, y_px) = (place.x_px, place.y_px);
@@ -110,7 +114,7 @@ fn network(written: &Written, atlas: &Atlas<'_>) -> Result<Network, String> {
         places.push(Point { x_px, y_px });
     }
     let Some(pairs) = &written.legs else {
-        let legs = legs::between(&places, legs::longest_px(atlas.header().footprint_px));
+        let legs = legs::between(&places, legs::longest_px(footprint_px));
         return Ok(Network { places, legs });
     };
     let mut legs = BTreeSet::new();

@@ -10,7 +10,8 @@ use eigenmark_core::eigenspace::Normalize;
 use super::*;
 use crate::{learn::Settings, select::Selection, simulate::seeded, train::train};
 
-/// Side of a view on the map.
+/// Width and height of the map, and side of a view on it.
+const MAP_PX: (u32, u32) = (1600, 1200);
 const FOOTPRINT_PX: f32 = 200.0;
 
 /// A dense table of the built-in city.
@@ -41,7 +42,7 @@ impl Written {
     }
 
     fn read(&self) -> Result<Network, FileError> {
-        read(&self.path(), &DENSE.atlas())
+        read(&self.path(), MAP_PX, FOOTPRINT_PX)
     }
 }
 
@@ -173,7 +174,7 @@ fn every_fault_of_a_file_is_named() {
 
     let written = Written::new("");
     for path in [written.0.path().join("absent"), written.0.path().to_owned()] {
-        let error = read(&path, &DENSE.atlas()).expect_err("no file");
+        let error = read(&path, MAP_PX, FOOTPRINT_PX).expect_err("no file");
         assert!(matches!(error, FileError::Read { .. }), "{error}");
         assert!(
             error

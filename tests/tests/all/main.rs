@@ -9,6 +9,7 @@ mod evaluate;
 mod experiment;
 mod exploration;
 mod firmware;
+mod flights;
 mod fuzz;
 mod headings;
 mod judgements;

@@ -9,7 +9,10 @@ mod font;
 mod legend;
 mod ways;
 
-use std::{io, path::Path};
+use std::{
+    io::{self, Write},
+    path::Path,
+};
 
 use eigenmark_core::landmark::Point;
 use image::{
@@ -21,7 +24,7 @@ use image::{
 use super::Step;
 use crate::{
     map::Map,
-    output::{OutputError, write_file},
+    output::{OutputError, check_target, write_file},
 };
 use canvas::{Canvas, Ink, Line, dashes};
 use legend::Sign;
@@ -72,6 +75,39 @@ pub struct FlightPicture<'a> {
     pub caption: &'a str,
 }
 
+/// What a picture is stored as.
+#[derive(Clone, Copy, Debug)]
+enum Format {
+    Png,
+    Jpeg,
+}
+
+impl Format {
+    /// As a name ends.
+    fn of(path: &Path) -> Result<Self, OutputError> {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        match extension.to_str() {
+            Some("png") => Ok(Self::Png),
+            Some("jpg" | "jpeg") => Ok(Self::Jpeg),
+            _ => Err(OutputError {
+                path: path.to_owned(),
+                source: io::Error::other("expected a name that ends in .png, .jpg or .jpeg"),
+            }),
+        }
+    }
+
+    fn encode(self, picture: &RgbImage, file: &mut dyn Write) -> io::Result<()> {
+        let (width, height) = picture.dimensions();
+        let color = ExtendedColorType::Rgb8;
+        match self {
+            Self::Png => PngEncoder::new(file).write_image(picture, width, height, color),
+            Self::Jpeg => JpegEncoder::new_with_quality(file, JPEG_QUALITY)
+                .write_image(picture, width, height, color),
+        }
+        .map_err(io::Error::other)
+    }
+}
+
 impl FlightPicture<'_> {
     /// Draws it: as wide as the map, or up to 1600 pixels for smaller maps.
     #[must_use]
@@ -93,29 +129,23 @@ impl FlightPicture<'_> {
         canvas.into_picture()
     }
 
-    /// Draws it into a file: JPEG when its name ends in `.jpg` or `.jpeg`, else PNG.
+    /// Checks that a picture of that name could be written: before long work, not after it.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// When the name ends otherwise than in `.png`, `.jpg` or `.jpeg`, or its directory does not exist.
+    pub fn check(path: &Path) -> Result<(), OutputError> {
+        check_target(path)?;
+        Format::of(path).map(drop)
+    }
+
+    /// Draws it into a file, PNG or JPEG as its name ends.
+    ///
+    /// # Errors
+    /// When the name ends otherwise, or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
+        let format = Format::of(path)?;
         let picture = self.draw();
-        let extension = path.extension().map(|it| it.to_ascii_lowercase());
-        let is_jpeg = extension.is_some_and(|it| it == "jpg" || it == "jpeg");
-        write_file(path, |file| {
-            if is_jpeg {
-                return JpegEncoder::new_with_quality(file, JPEG_QUALITY)
-                    .encode_image(&picture)
-                    .map_err(io::Error::other);
-            }
-            PngEncoder::new(file)
-                .write_image(
-                    &picture,
-                    picture.width(),
-                    picture.height(),
-                    ExtendedColorType::Rgb8,
-                )
-                .map_err(io::Error::other)
-        })
+        write_file(path, |file| format.encode(&picture, file))
     }
 
     /// What the legend has to explain.

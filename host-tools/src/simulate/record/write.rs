@@ -54,11 +54,12 @@ pub fn fly_recorded(
 }
 
 impl Recorder {
-    /// Begins a recording that will have the name `target`.
+    /// Checks that a recording of that name could be written: before long work, not after it. Gives the directory that
+    /// it would be in.
     ///
     /// # Errors
-    /// When that cannot be written, or exists and is not empty.
-    pub fn create(target: &Path, header: Header) -> Result<Self, OutputError> {
+    /// When that directory does not exist, or `target` exists and is not empty.
+    pub fn check(target: &Path) -> Result<&Path, OutputError> {
         let error = at(target);
         match fs::read_dir(target).map(|mut entries| entries.next().is_some()) {
             Ok(true) => return Err(error(io::ErrorKind::DirectoryNotEmpty.into())),
@@ -70,6 +71,19 @@ impl Recorder {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
         };
+        if !parent.is_dir() {
+            return Err(error(io::ErrorKind::NotFound.into()));
+        }
+        Ok(parent)
+    }
+
+    /// Begins a recording that will have the name `target`.
+    ///
+    /// # Errors
+    /// When that cannot be written, or exists and is not empty.
+    pub fn create(target: &Path, header: Header) -> Result<Self, OutputError> {
+        let error = at(target);
+        let parent = Self::check(target)?;
         let directory = TempDir::with_prefix_in(".recording-", parent).map_err(&error)?;
         fs::create_dir(directory.path().join(FRAMES)).map_err(&error)?;
         let log = File::create_new(directory.path().join(LOG)).map_err(&error)?;

@@ -6,6 +6,7 @@ mod experiment;
 mod headings;
 mod route;
 mod segment;
+mod simulate;
 
 use std::{
     fs,

@@ -274,3 +274,27 @@ fn what_is_no_topological_map_is_refused() {
     ];
     fixture.refuses(&arguments, "absent.json: cannot read places");
 }
+
+/// Minutes of training are not lost to a typo.
+#[test]
+fn places_are_read_before_anything_is_trained() {
+    let fixture = Fixture::of_map();
+    fs::write(fixture.path("wrong.json"), "{}").expect("writable");
+    let [wrong, absent] = ["wrong.json", "absent.json"].map(|name| fixture.name(name));
+    let train = |more: &[&str], expected: &str| {
+        let base = "train --map @map.png --out @new.atlas --view-size 100 --scale 5";
+        let base: Vec<&str> = base.split(' ').collect();
+        fixture.refuses(&[&base[..], more].concat(), expected);
+    };
+    // There are too few views for so many dimensions, which only training finds out.
+    let beyond = ["--dims", "18"];
+    train(&beyond, "the 18 views span only 17");
+    for (file, expected) in [(&wrong, "wrong.json: "), (&absent, "absent.json: ")] {
+        train(&[&beyond[..], &["--places", file]].concat(), expected);
+    }
+    // A part has no places; merge adds them.
+    train(
+        &["--shard", "1/2", "--places", "none"],
+        "cannot be used with",
+    );
+}
