@@ -2,7 +2,7 @@
 
 use core::f32::consts::{FRAC_PI_2, TAU};
 
-use super::{Command, Mission, Situation};
+use super::{Command, Limits, Mission, Situation};
 use crate::{
     belief::Estimate,
     landmark::Point,
@@ -12,6 +12,9 @@ use crate::{
 
 /// Slowest share of the cruising speed before the goal: a vehicle without way cannot be steered.
 const LEAST_SPEED: f32 = 0.3;
+
+/// Share of the cruising speed while it turns back.
+const TURNING_SPEED: f32 = 0.5;
 
 /// Headings are turned into the wind by at most this, in radians: 80°.
 const MAX_DRIFT_RAD: f32 = 1.4;
@@ -72,13 +75,16 @@ impl Mission {
         let speed = (aim.left_px / lookahead).clamp(LEAST_SPEED, 1.0);
         let now = course_of(situation);
         let turn = wrapped(course - now);
-        let course = match self.way_inside(position) {
-            Some(inside) if turn.abs() > FRAC_PI_2 => {
-                now + FRAC_PI_2.copysign(wrapped(inside - now))
-            }
-            _ => course,
-        };
-        self.go(course, situation, speed);
+        if turn.abs() <= FRAC_PI_2 {
+            self.turn_back = None;
+            return self.go(course, situation, speed);
+        }
+        // Once begun on one side, it ends there.
+        let side = *self.turn_back.get_or_insert_with(|| {
+            let inside = self.limits.way_inside(position);
+            f32::copysign(1.0, inside.map_or(turn, |inside| wrapped(inside - now)))
+        });
+        self.go(now + FRAC_PI_2 * side, situation, speed.min(TURNING_SPEED));
     }
 
     /// Circles on, in ever wider circles.
@@ -86,6 +92,7 @@ impl Mission {
         if self.searched_s == 0.0 {
             self.course_rad = course_of(situation);
             let inside = self
+                .limits
                 .way_inside(position)
                 .map(|way| wrapped(way - self.course_rad));
             self.is_left = inside.is_some_and(|turn| turn < 0.0);
@@ -99,27 +106,29 @@ impl Mission {
         self.go(self.course_rad, situation, self.limits.searching_speed);
     }
 
-    /// The course away from the borders of the map that are near; `None` when none is.
-    fn way_inside(&self, position: Point) -> Option<f32> {
-        let map_px = self.limits.map_px?;
-        let [right, down] = [0, 1].map(|axis| {
-            let at = if axis == 0 {
-                position.x_px
-            } else {
-                position.y_px
-            };
-            let is_near = |room: f32| room < self.limits.border_px;
-            f32::from(is_near(at)) - f32::from(is_near(map_px[axis] - at))
-        });
-        (right != 0.0 || down != 0.0).then(|| heading_of(right, down))
-    }
-
     /// Heads into the wind so that the vehicle goes that way.
     fn go(&mut self, course_rad: f32, situation: &Situation, speed: f32) {
         self.command = Command {
             heading_rad: wrapped(course_rad - drift_of(situation)),
             speed,
         };
+    }
+}
+
+impl Limits {
+    /// The course away from the borders of the map that are near; `None` when none is.
+    fn way_inside(&self, position: Point) -> Option<f32> {
+        let map_px = self.map_px?;
+        let [right, down] = [0, 1].map(|axis| {
+            let at = if axis == 0 {
+                position.x_px
+            } else {
+                position.y_px
+            };
+            let is_near = |room: f32| room < self.border_px;
+            f32::from(is_near(at)) - f32::from(is_near(map_px[axis] - at))
+        });
+        (right != 0.0 || down != 0.0).then(|| heading_of(right, down))
     }
 }
 

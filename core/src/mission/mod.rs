@@ -20,8 +20,8 @@
 //! commanded is that course less the drift angle, by which the vehicle was seen to go aside of its heading: wind is held
 //! against without knowing it. A vehicle that is farther from its leg than [`off_leg`](Limits::off_leg_px) takes the way
 //! from the place it is nearest to. Whoever does not know where it is flies slowly in circles over the ground, each a bit
-//! wider than the one before, which the wind does not carry off: what it sees there may tell. Near a border of the map,
-//! long turns are flown the way that leads past its inside.
+//! wider than the one before, which the wind does not carry off: what it sees there may tell. Whoever has to turn back does
+//! so at half speed, and near a border of the map on the side that leads past its inside.
 //!
 //! **Units.** Headings in radians, clockwise from map-up; speeds as a share of the cruising speed.
 
@@ -105,7 +105,7 @@ pub struct Limits {
     pub circle_s: f32,
     /// Width and height of the map that the vehicle is to stay on, in map pixels; `None` when there is no such map.
     pub map_px: Option<[f32; 2]>,
-    /// Nearer to the map's borders than this, turns are flown away from them, in map pixels.
+    /// Nearer to the map's borders than this, turns back are flown away from them, in map pixels.
     pub border_px: f32,
 }
 
@@ -123,6 +123,8 @@ pub struct Mission {
     course_rad: f32,
     /// Whether it searches in circles to the left.
     is_left: bool,
+    /// The side on which it turns back, as a sign: +1 to the right.
+    turn_back: Option<f32>,
     command: Command,
 }
 
@@ -139,7 +141,7 @@ impl Limits {
             searching_speed: 0.5,
             circle_s: 60.0,
             map_px: None,
-            border_px: 0.75 * footprint_px,
+            border_px: 1.25 * footprint_px,
         }
     }
 
@@ -165,6 +167,7 @@ impl Mission {
             searched_s: 0.0,
             course_rad: 0.0,
             is_left: false,
+            turn_back: None,
             command: Command {
                 heading_rad: 0.0,
                 speed: 0.0,

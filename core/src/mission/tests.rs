@@ -174,13 +174,26 @@ fn near_a_border_turns_lead_past_the_inside() {
         map_px: None,
         ..LIMITS
     };
-    assert!(commanded(&out, nowhere) < -2.5);
-    assert!((commanded(&out, LIMITS) - FRAC_PI_2).abs() < 1e-5);
+    let right = |situation: &Situation, limits: Limits| commanded(situation, limits) / FRAC_PI_2;
+    assert!((right(&out, nowhere) + 1.0).abs() < 1e-5);
+    assert!((right(&out, LIMITS) - 1.0).abs() < 1e-5);
     let farther = Situation {
         estimate: at(900.0, 80.0, 1.0).estimate,
         ..out
     };
-    assert!(commanded(&farther, LIMITS) < -2.5);
+    assert!((right(&farther, LIMITS) + 1.0).abs() < 1e-5);
+    // What was begun is ended on that side, at half speed, until the aim is ahead.
+    let begun = Mission::new(LIMITS).step(&out, &map, &router);
+    for (heading_rad, turn, speed) in [(0.2, 1.0, 0.5), (1.0, 1.0, 0.5), (2.8, 0.0, 1.0)] {
+        let situation = Situation {
+            heading_rad,
+            ..farther
+        };
+        let command = begun.step(&situation, &map, &router).command();
+        let ahead = wrapped(command.heading_rad - heading_rad) / FRAC_PI_2;
+        assert_eq!(command.speed, speed);
+        assert!(turn == 0.0 || (ahead - turn).abs() < 1e-5, "{ahead}");
+    }
     // Who searches there begins with a turn to the inside.
     for (heading_rad, is_left) in [(FRAC_PI_2, false), (-FRAC_PI_2, true)] {
         let unsure = Situation {

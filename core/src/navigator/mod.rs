@@ -83,10 +83,10 @@ const LEAST_WORTH: f32 = 0.05;
 /// How wrong a compass is believed to be at most, where landmarks were stored at several headings: 15°.
 const COMPASS_TOLERANCE_RAD: f32 = 15.0_f32.to_radians();
 
-/// Variances of a compass (6°, in squared radians) and of an altimeter (1.8 %, relative), and for how long their errors stay
+/// Variances of a compass (8°, in squared radians) and of an altimeter (1.8 %, relative), and for how long their errors stay
 /// alike, in seconds: of what they say meanwhile, all together counts once. That is twice the time that a walking error
-/// takes to forget where it was.
-const COMPASS_VARIANCE: f32 = 0.1 * 0.1;
+/// takes to forget where it was. One that is wrong by at most 10° errs by 6°; path integration does better to trust it less.
+const COMPASS_VARIANCE: f32 = 0.14 * 0.14;
 const ALTIMETER_VARIANCE: f32 = 0.018 * 0.018;
 const ALIKE_FOR_S: f32 = 120.0;
 
