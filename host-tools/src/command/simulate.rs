@@ -48,6 +48,9 @@ pub struct Cmd {
     /// Do not carry the vehicle off halfway; on a route it never is
     #[arg(long)]
     no_kidnapping: bool,
+    /// Fly without a compass, for atlases of several headings (`train --headings`)
+    #[arg(long)]
+    no_compass: bool,
     /// Seed of routes, wind, light, noise and everything else
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -64,7 +67,7 @@ pub struct Cmd {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["flights", "replay"])]
     record: Option<PathBuf>,
     /// Show a recorded flight to the vehicle's software instead of flying; the recording knows its scale and camera
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["meters_per_px", "route", "flights", "distance", "no_kidnapping", "seed", "rate", "frame"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["meters_per_px", "route", "flights", "distance", "no_kidnapping", "no_compass", "seed", "rate", "frame"])]
     replay: Option<PathBuf>,
     /// Exit with 1 when fewer flights arrive, in percent
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
@@ -198,6 +201,9 @@ impl Cmd {
         };
         for plan in &mut plans {
             plan.settings.frame_rate_hz = self.rate;
+            if self.no_compass {
+                plan.settings.instruments.heading_rad = None;
+            }
         }
         Ok(plans)
     }
