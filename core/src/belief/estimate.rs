@@ -19,7 +19,8 @@ pub struct Estimate {
     pub position: Point,
     /// Covariance of the position there: xx, xy, yy, in squared map pixels.
     pub covariance_px2: [f32; 3],
-    /// Heading in radians, clockwise from map-up, in −π..=π: the mean there. The compass's when there is one heading.
+    /// Heading in radians, clockwise from map-up, in −π..=π: the mean there. What the belief was last
+    /// moved with when there is one heading.
     pub heading_rad: f32,
     /// How much of the belief is within one side of a view around the heaviest state: 0 to 1.
     pub confidence: f32,

@@ -31,7 +31,7 @@ const SPREAD: f32 = 0.05;
 const ELSEWHERE: f32 = 0.1;
 
 impl<const STATES: usize> Belief<STATES> {
-    /// The vehicle moved. With one heading, `heading_rad` is the vehicle's as its compass has it, halfway; with several
+    /// The vehicle moved. With one heading, `heading_rad` is the vehicle's as far as it is known, halfway; with several
     /// it is not used, each of them turns by itself. After a motion that is not finite it knows nothing.
     #[inline(never)]
     pub fn predict(&mut self, motion: &Motion, heading_rad: f32) {

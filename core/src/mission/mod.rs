@@ -19,9 +19,9 @@
 //! [`lookahead`](Limits::lookahead_px) ahead of where the vehicle is beside it, around corners, too. The heading that is
 //! commanded is that course less the drift angle, by which the vehicle was seen to go aside of its heading: wind is held
 //! against without knowing it. A vehicle that is farther from its leg than [`off_leg`](Limits::off_leg_px) takes the way
-//! from the place it is nearest to. Whoever does not know where it is flies slowly in circles over the ground, each a bit
-//! wider than the one before, which the wind does not carry off: what it sees there may tell. Whoever has to turn back does
-//! so at half speed, and near a border of the map on the side that leads past its inside.
+//! from the place it is nearest to. Whoever does not know where it is flies slowly in circles over the ground, which
+//! grow wider, and which the wind does not carry off: what it sees there may tell. Whoever has to turn back does so at half
+//! speed, and near a border of the map on the side that leads past its inside.
 //!
 //! **Units.** Headings in radians, clockwise from map-up; speeds as a share of the cruising speed.
 
@@ -80,7 +80,7 @@ impl State {
 pub struct Situation {
     /// Where the vehicle most likely is; `None` before the first frame.
     pub estimate: Option<Estimate>,
-    /// Heading that the autopilot holds by its own compass, in radians.
+    /// Heading, in radians clockwise from map-up: as it is believed, whatever the compass reads.
     pub heading_rad: f32,
     /// Course over ground less heading, in radians: how far the vehicle goes aside of where it heads.
     pub drift_rad: f32,
@@ -101,7 +101,8 @@ pub struct Limits {
     pub patience_s: f32,
     /// Speed without knowing where it is, as a share of the cruising speed.
     pub searching_speed: f32,
-    /// How long the first circle takes then, in seconds.
+    /// At the rate at which it turns at first, how long a circle would take, in seconds. The rate falls: the first takes 1.7
+    /// times as long.
     pub circle_s: f32,
     /// Width and height of the map that the vehicle is to stay on, in map pixels; `None` when there is no such map.
     pub map_px: Option<[f32; 2]>,
@@ -203,6 +204,7 @@ impl Mission {
         Self {
             state,
             leg: None,
+            turn_back: None,
             ..*self
         }
     }
@@ -225,7 +227,7 @@ impl Mission {
         } else {
             self.unsure_s + situation.step_s.max(0.0)
         };
-        let is_sure = next.unsure_s == 0.0;
+        let is_sure = estimate.is_confident();
         next.state = match self.state {
             State::Arrived => State::Arrived,
             _ if is_sure => State::Following,
@@ -275,10 +277,13 @@ impl Mission {
             State::Boot => {}
             State::Arrived => {
                 self.leg = None;
+                self.turn_back = None;
+                self.searched_s = 0.0;
                 self.command.speed = 0.0;
             }
             State::Localizing | State::Lost => {
                 self.leg = None;
+                self.turn_back = None;
                 self.search(situation, estimate.position);
             }
             State::Following => {

@@ -24,9 +24,20 @@ pub(super) struct Compass {
     is_left: bool,
     /// The squared distance to the nearest landmark, of the last frame.
     last: Option<f32>,
+    /// What it read last less the heading of path integration then, in radians.
+    ahead_rad: f32,
 }
 
 impl Compass {
+    /// What it reads, or would read: with path integration's heading, in radians.
+    pub fn read(&mut self, reading_rad: Option<f32>, integrated_rad: f32) -> f32 {
+        let known = reading_rad.filter(|reading| reading.is_finite());
+        if let Some(reading) = known {
+            self.ahead_rad = wrapped(reading - integrated_rad);
+        }
+        wrapped(integrated_rad + self.ahead_rad)
+    }
+
     /// What it reads less the heading, in radians.
     pub fn deviation_rad(&self) -> f32 {
         self.deviation_rad
@@ -62,6 +73,22 @@ impl Compass {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_it_would_read_follows_path_integration() {
+        let mut compass = Compass::default();
+        assert_eq!(compass.read(None, 0.3), 0.3, "there was none yet");
+        for (reading, integrated, expected) in [
+            (Some(1.0), 0.25, 1.0),
+            (None, 0.5, 1.25),
+            (Some(f32::NAN), -0.25, 0.5),
+            (Some(-1.0), 3.0, -1.0),
+            (None, 3.0, -1.0),
+        ] {
+            let found = compass.read(reading, integrated);
+            assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+        }
+    }
 
     #[test]
     fn a_deviation_is_found_from_what_looks_more_alike() {

@@ -184,6 +184,12 @@ impl Cmd {
 
     /// The flights that are asked for.
     fn plan(&self, world: &World<'_>, atlas: &Atlas<'_>) -> anyhow::Result<Vec<Plan>> {
+        ensure!(
+            !self.no_compass || atlas.header().survey.headings > 1,
+            "{}: without a compass, landmarks must be stored at several headings (train --headings); expected at least 2, \
+             this atlas has 1",
+            self.atlas.display()
+        );
         let mut plans = if self.route.is_empty() {
             let is_kidnapped = !self.no_kidnapping;
             plan_flights(

@@ -127,6 +127,11 @@ impl Panel {
         self.altitude.iter_mut().for_each(Walk::step);
     }
 
+    /// What the compass reads more than the heading, in radians; zero without one.
+    pub(crate) fn heading_error_rad(&self) -> f64 {
+        self.heading.as_ref().map_or(0.0, Walk::value)
+    }
+
     /// What the instruments read now.
     pub(crate) fn read(&self, truth: &Truth) -> Readings {
         let heading = |error: &Walk| wrapped(truth.heading_rad + error.value()) as f32;

@@ -195,7 +195,13 @@ impl Surroundings {
         self.air.step();
         self.day.step();
         self.panel.step();
-        self.vehicle.step(command, self.air.velocity_m_s());
+        // The autopilot holds what its compass reads.
+        let heading_rad = f64::from(command.heading_rad) - self.panel.heading_error_rad();
+        let held = Command {
+            heading_rad: heading_rad as f32,
+            ..command
+        };
+        self.vehicle.step(held, self.air.velocity_m_s());
     }
 }
 

@@ -94,8 +94,12 @@ fn switching_one_effect_off_changes_no_other() {
     let (frames, steps) = flown(&all);
     let ideal = FlightSettings::ideal(5, at(300.0, 250.0));
 
+    // But the compass: headings are held by it.
     let (_, unread) = flown(&FlightSettings {
-        instruments: ideal.instruments,
+        instruments: Instruments {
+            heading_rad: all.instruments.heading_rad,
+            ..ideal.instruments
+        },
         ..all
     });
     assert_eq!(truths(&steps), truths(&unread));

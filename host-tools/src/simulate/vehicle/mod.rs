@@ -78,7 +78,7 @@ impl Default for Blimp {
 /// What the vehicle is told to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Command {
-    /// Where to head, in radians clockwise from map-up.
+    /// Where to head, in radians clockwise from map-up: what the compass is to read. Without a compass, the heading itself.
     pub heading_rad: f32,
     /// How fast through the air, 0 to 1 of cruise.
     pub speed: f32,
