@@ -31,7 +31,7 @@ const _: () = assert!(size_of::<Memory<128, 1024>>() + 120 * 120 <= 116 * 1024);
 
 impl<const PLACES: usize, const LEGS: usize> Memory<PLACES, LEGS> {
     /// Nothing yet: all zeros, so that a static one needs no copy in flash. The threshold comes with
-    /// [`reset`](Self::reset).
+    /// [`Exploration::new`](super::Exploration::new).
     #[must_use]
     pub const fn new() -> Self {
         Self {
