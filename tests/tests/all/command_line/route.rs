@@ -223,25 +223,16 @@ fn what_is_no_place_is_refused() {
 #[test]
 fn what_is_no_topological_map_is_refused() {
     let fixture = fixture();
+    let train = |places: &str, expected: &str| {
+        let places = fixture.name(places);
+        let base = ["train", "--map", "@map.png", "--out", "@new.atlas"];
+        let small = ["--view-size", "100", "--scale", "5", "--dims", "5"];
+        let arguments = [&base[..], &small, &["--places", &places]].concat();
+        fixture.refuses(&arguments, expected);
+    };
     let refuses = |text: &str, expected: &str| {
         fs::write(fixture.path("wrong.json"), text).expect("writable");
-        let wrong = fixture.name("wrong.json");
-        let arguments = [
-            "train",
-            "--map",
-            "@map.png",
-            "--out",
-            "@new.atlas",
-            "--view-size",
-            "100",
-            "--scale",
-            "5",
-            "--dims",
-            "5",
-            "--places",
-            &wrong,
-        ];
-        fixture.refuses(&arguments, &format!("wrong.json: {expected}"));
+        train("wrong.json", &format!("wrong.json: {expected}"));
     };
     refuses(
         "places",
@@ -256,23 +247,7 @@ fn what_is_no_topological_map_is_refused() {
         "leg [1, 2]; places are numbered 1 to 1",
     );
     fs::remove_file(fixture.path("wrong.json")).expect("written before");
-    let absent = fixture.name("absent.json");
-    let arguments = [
-        "train",
-        "--map",
-        "@map.png",
-        "--out",
-        "@new.atlas",
-        "--view-size",
-        "100",
-        "--scale",
-        "5",
-        "--dims",
-        "5",
-        "--places",
-        &absent,
-    ];
-    fixture.refuses(&arguments, "absent.json: cannot read places");
+    train("absent.json", "absent.json: cannot read places");
 }
 
 /// Minutes of training are not lost to a typo.
