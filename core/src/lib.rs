@@ -25,6 +25,7 @@
 //! | [`mission`] | belief and route → commanded heading and speed | frames, links, time |
 //! | [`navigator`] | frames and instruments → commands, by all of the above | links, boards |
 //! | [`chart`] | a pattern flown without an atlas, the map that comes of it, and ways over that | atlases |
+//! | [`slots`] | two atlases in flash: which is flown by, how the other is written | which chip's flash |
 //! | [`link`] | framed messages between a board and a host | the wire |
 //!
 //! # Promises
@@ -55,4 +56,5 @@ pub mod mission;
 pub mod navigator;
 pub mod preprocess;
 pub mod route;
+pub mod slots;
 pub mod track;

@@ -1,51 +1,70 @@
-//! The flash region that holds atlases, as `memory.x` declares it: two slots.
+//! The flash region that holds atlases, as `memory.x` declares it: two slots of equal length.
 
 #![expect(
     unsafe_code,
     reason = "the linker's symbols are the only way to the region"
 )]
 
-use eigenmark_core::atlas::Atlas;
+use eigenmark_core::{
+    atlas::Atlas,
+    slots::{Found, Region, Slot},
+};
 
-/// A slot of the atlas region.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
-pub enum Slot {
-    /// The first slot; an atlas in it may be as long as the whole region.
-    A,
-    /// The second slot.
-    B,
+unsafe extern "C" {
+    static __atlas_start: u8;
+    static __atlas_slot_b: u8;
+    static __atlas_end: u8;
 }
 
-/// Everything from the start of `slot` to the end of the region.
+/// The whole region.
 #[must_use]
-pub fn bytes(slot: Slot) -> &'static [u8] {
-    unsafe extern "C" {
-        static __atlas_start: u8;
-        static __atlas_slot_b: u8;
-        static __atlas_end: u8;
-    }
+pub fn bytes() -> &'static [u8] {
     // SAFETY: the symbols come from memory.x, which asserts that the region is flash that nothing else uses; flash is
-    // readable, initialized, and not written while the firmware runs.
+    // readable and initialized. Who writes to a slot reads it anew afterwards.
     unsafe {
-        let start = match slot {
-            Slot::A => &raw const __atlas_start,
-            Slot::B => &raw const __atlas_slot_b,
-        };
+        let start = &raw const __atlas_start;
         let len = (&raw const __atlas_end).addr() - start.addr();
         core::slice::from_raw_parts(start, len)
     }
 }
 
-/// The atlas in the first slot that holds a valid one; says why the others do not.
+/// Bytes of a slot.
 #[must_use]
-pub fn find() -> Option<(Slot, Atlas<'static>)> {
-    [Slot::A, Slot::B]
-        .into_iter()
-        .find_map(|slot| match Atlas::parse(bytes(slot)) {
-            Ok(atlas) => Some((slot, atlas)),
-            Err(error) => {
-                defmt::warn!("slot {}: {}", slot, error);
-                None
-            }
-        })
+pub fn slot_len() -> usize {
+    (&raw const __atlas_slot_b).addr() - (&raw const __atlas_start).addr()
+}
+
+/// A slot's bytes.
+#[must_use]
+pub fn slot(slot: Slot) -> Option<&'static [u8]> {
+    let (a, b) = bytes().split_at_checked(slot_len())?;
+    Some(match slot {
+        Slot::A => a,
+        Slot::B => b,
+    })
+}
+
+/// What is in the slots; says why what is in them is not flown by.
+#[must_use]
+pub fn read() -> Region<'static> {
+    let region = Region::read(bytes(), slot_len());
+    for slot in Slot::BOTH {
+        if let Err(error) = &region.found(slot).atlas {
+            defmt::warn!("slot {}: {}", slot, error);
+        }
+    }
+    region
+}
+
+/// The atlas in a slot, whether or not it goes on in the next one; says why there is none.
+#[must_use]
+#[inline(never)] // what it looks at leaves the stack when it returns
+pub fn in_slot(slot: Slot) -> Option<Atlas<'static>> {
+    match Found::read(bytes(), slot_len(), slot).atlas {
+        Ok(atlas) => Some(atlas),
+        Err(error) => {
+            defmt::warn!("slot {}: {}", slot, error);
+            None
+        }
+    }
 }

@@ -18,8 +18,8 @@ pub fn fail() -> ! {
     }
 }
 
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
+/// Ends the program by what a panic says: for the panic handler of programs that are not flown.
+pub fn panicked(info: &PanicInfo<'_>) -> ! {
     defmt::error!("panic: {}", defmt::Display2Format(info));
     fail()
 }

@@ -15,6 +15,9 @@
 //! | [`evaluate`] | how far landmarks can be trusted, where the map could be mistaken; selections side by side | `localizer` |
 //! | [`experiment`] | the report's experiments: a grid of settings, every selection, what each tolerates; claims | — |
 //! | [`report`] | self-contained HTML pages | — |
+//! | [`flash`] | boards and their slots; atlases as bin, Intel HEX, UF2 and ELF; `probe-rs` | `slots` |
+//! | [`monitor`] | shows, serves and logs what a live board says | — |
+//! | [`link`] | requests to a board over its serial line or TCP; uploads | `link`, `slots` |
 //! | [`output`] | files that are whole or absent, NumPy arrays, progress | — |
 //!
 //! The command line (`command`, in the binary) only parses, calls this library, and prints.
@@ -23,8 +26,11 @@ pub mod atlas;
 pub mod dense;
 pub mod evaluate;
 pub mod experiment;
+pub mod flash;
 pub mod learn;
+pub mod link;
 pub mod map;
+pub mod monitor;
 pub mod output;
 pub mod report;
 pub mod select;

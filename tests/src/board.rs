@@ -1,11 +1,13 @@
 //! The emulated board: firmware and atlases in the flash of QEMU's Netduino Plus 2, as a flashed board would have them.
 //!
-//! The link (USART1) is a TCP connection to this process; defmt logs come over semihosting on the emulator's stdout and
-//! are decoded with the firmware's own table.
+//! Its wires (USART1 to a host, USART2 to an autopilot) are TCP connections to this process; defmt logs come over
+//! semihosting on the emulator's stdout and are decoded with the firmware's own table. Camera and flash are files.
 
 use std::{
+    fs,
     io::{BufReader, ErrorKind, Read, Write},
     net::{TcpListener, TcpStream},
+    os::unix::fs::FileExt,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     sync::mpsc,
@@ -15,8 +17,8 @@ use std::{
 
 use anyhow::{Context, Result, bail, ensure};
 use defmt_decoder::{DecodeError, Table};
-use eigenmark::atlas::AtlasBuffer;
-use eigenmark_core::link::{MAX_REPLY_LEN, MAX_REQUEST_LEN, Receiver, Reply, Request, encode};
+use eigenmark::{atlas::AtlasBuffer, link::BoardLink, simulate::CameraFrame};
+use eigenmark_core::link::{PART_LEN, Reply, Report, Request};
 use object::{Object, ObjectSegment, ObjectSymbol};
 
 use crate::cli;
@@ -24,9 +26,12 @@ use crate::cli;
 /// The emulator.
 pub const QEMU: &str = "qemu-system-arm";
 
-/// Symbols of the slots' starts, and of the region's end: what `memory.x` exports.
-const SLOTS: [&str; 2] = ["__atlas_start", "__atlas_slot_b"];
-const REGION_END: &str = "__atlas_end";
+/// Symbols of the atlas region's start, of its second slot, and of its end: what `memory.x` exports.
+const REGION: [&str; 3] = ["__atlas_start", "__atlas_slot_b", "__atlas_end"];
+
+/// The files that stand for what the emulator does not have, in the directory where it is started.
+const FLASH: &str = "flash.bin";
+const CAMERA: &str = "camera.bin";
 
 /// How long the board may take to answer, or a program to end; many times what either needs.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -34,20 +39,25 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// How long a question may go unanswered before it is asked again.
 const RETRY: Duration = Duration::from_millis(300);
 
-/// A board to be started.
+/// A board to be started. Its flash stays what it is between starts.
 #[derive(Debug)]
 pub struct Board {
     firmware: PathBuf,
-    slots: [Option<AtlasBuffer>; 2],
+    files: tempfile::TempDir,
+    /// Where the region lies in memory, and the offset of its second slot.
+    start: u64,
+    slot_len: usize,
+    region_len: usize,
 }
 
-/// A board that runs, and its link.
+/// A board that runs, and its wires.
 #[derive(Debug)]
 pub struct Running {
-    _emulator: Emulator,
+    emulator: Emulator,
+    link: BoardLink,
     stream: TcpStream,
-    receiver: Receiver<MAX_REPLY_LEN>,
-    _files: tempfile::TempDir,
+    camera: PathBuf,
+    frames: u32,
 }
 
 /// The emulator's process; it ends with this.
@@ -97,9 +107,26 @@ pub fn flash_bytes(elf: &[u8]) -> Result<u64> {
     Ok(file.segments().map(|segment| segment.file_range().1).sum())
 }
 
-/// Whether the emulator can be started.
+/// Whether the emulator is there: false, and said, when it is missing and may be.
+///
+/// # Panics
+/// When it is missing and must not be.
 #[must_use]
-pub fn has_emulator() -> bool {
+pub fn is_there() -> bool {
+    let is_there = has_emulator();
+    if !is_there {
+        let absent = format!("{QEMU} is missing; tests/run says how to install it");
+        assert!(
+            std::env::var_os("EIGENMARK_REQUIRE_EMULATOR").is_none(),
+            "{absent}"
+        );
+        println!("skipped: {absent}");
+    }
+    is_there
+}
+
+/// Whether the emulator can be started.
+fn has_emulator() -> bool {
     Command::new(QEMU)
         .arg("--version")
         .stdout(Stdio::null())
@@ -110,30 +137,79 @@ pub fn has_emulator() -> bool {
 
 impl Board {
     /// A board flashed with a firmware file and an empty atlas region.
-    #[must_use]
-    pub fn flashed(firmware: &Path) -> Self {
-        Self {
-            firmware: firmware.to_owned(),
-            slots: [None, None],
-        }
-    }
-
-    /// The same with an atlas in its next empty slot.
     ///
-    /// # Panics
-    /// When both slots are taken.
-    #[must_use]
-    pub fn with_atlas(mut self, atlas: &AtlasBuffer) -> Self {
-        let empty = self.slots.iter_mut().find(|slot| slot.is_none());
-        *empty.expect("a board has two slots") = Some(atlas.clone());
-        self
+    /// # Errors
+    /// When the file is not firmware.
+    pub fn flashed(firmware: &Path) -> Result<Self> {
+        let elf = fs::read(firmware).with_context(|| firmware.display().to_string())?;
+        let elf = object::File::parse(&*elf)?;
+        let address = |name: &str| {
+            let symbol = elf.symbol_by_name(name);
+            symbol
+                .map(|symbol| symbol.address())
+                .with_context(|| format!("the firmware has no symbol {name}"))
+        };
+        let [start, second, end] = REGION.map(address);
+        let (start, second, end) = (start?, second?, end?);
+        let board = Self {
+            // The emulator is started elsewhere.
+            firmware: fs::canonicalize(firmware)?,
+            files: tempfile::tempdir()?,
+            start,
+            slot_len: usize::try_from(second - start)?,
+            region_len: usize::try_from(end - start)?,
+        };
+        fs::write(board.flash(), vec![0xff; board.region_len])?;
+        fs::write(board.camera(), [])?;
+        Ok(board)
     }
 
-    /// The same with an atlas in its second slot, whatever is in the first.
+    /// Flashes an atlas to a slot (0 or 1), as a probe does that writes no record.
+    ///
+    /// # Errors
+    /// When it does not fit, or the file of the flash cannot be written.
+    pub fn flash_atlas(&self, slot: usize, atlas: &AtlasBuffer) -> Result<()> {
+        let offset = slot * self.slot_len;
+        let (len, room) = (atlas.bytes().len(), self.region_len - offset);
+        ensure!(
+            len <= room,
+            "an atlas of {len} bytes does not fit into the {room} bytes from slot {slot} on"
+        );
+        self.change_flash(|flash| flash[offset..offset + len].copy_from_slice(atlas.bytes()))
+    }
+
+    /// The same for the first slot, with a new board.
+    ///
+    /// # Errors
+    /// As for both.
+    pub fn with_atlas(firmware: &Path, atlas: &AtlasBuffer) -> Result<Self> {
+        let board = Self::flashed(firmware)?;
+        board.flash_atlas(0, atlas)?;
+        Ok(board)
+    }
+
+    /// Changes what is in the atlas region.
+    ///
+    /// # Errors
+    /// When the file of the flash cannot be read or written.
+    pub fn change_flash(&self, change: impl FnOnce(&mut [u8])) -> Result<()> {
+        let mut flash = fs::read(self.flash())?;
+        change(&mut flash);
+        Ok(fs::write(self.flash(), flash)?)
+    }
+
+    /// Bytes of a slot.
     #[must_use]
-    pub fn with_atlas_in_second_slot(mut self, atlas: &AtlasBuffer) -> Self {
-        self.slots[1] = Some(atlas.clone());
-        self
+    pub fn slot_len(&self) -> usize {
+        self.slot_len
+    }
+
+    fn flash(&self) -> PathBuf {
+        self.files.path().join(FLASH)
+    }
+
+    fn camera(&self) -> PathBuf {
+        self.files.path().join(CAMERA)
     }
 
     /// Runs a program that ends by itself, hands every log to `log` as it comes, and gives the exit code.
@@ -141,8 +217,7 @@ impl Board {
     /// # Errors
     /// When the emulator does not start, the logs do not decode, or the program does not end in time.
     pub fn run(&self, mut log: impl FnMut(Log)) -> Result<i32> {
-        let files = tempfile::tempdir()?;
-        let mut command = self.command(files.path())?;
+        let mut command = self.command();
         // An instruction takes a nanosecond, so that timers, too, are deterministic.
         command.args(["-icount", "shift=0"]);
         let mut emulator = Emulator::start(&mut command)?;
@@ -165,75 +240,70 @@ impl Board {
         Ok(status.code().unwrap_or(-1))
     }
 
-    /// Starts a program that serves the link, and connects to it.
+    /// Starts the navigator, and connects to its host's wire.
     ///
     /// # Errors
     /// When the emulator does not start or connect.
     pub fn start(&self, log: impl FnMut(Log) + Send + 'static) -> Result<Running> {
-        let files = tempfile::tempdir()?;
+        self.start_wired(None, log)
+    }
+
+    /// The same, with somebody who listens at that address for the wire to the autopilot, and reads what it is told.
+    ///
+    /// # Errors
+    /// When the emulator does not start or connect.
+    pub fn start_with_autopilot(
+        &self,
+        address: &str,
+        log: impl FnMut(Log) + Send + 'static,
+    ) -> Result<Running> {
+        self.start_wired(Some(address), log)
+    }
+
+    fn start_wired(
+        &self,
+        autopilot: Option<&str>,
+        log: impl FnMut(Log) + Send + 'static,
+    ) -> Result<Running> {
         let listener = TcpListener::bind("127.0.0.1:0")?;
-        let address = listener.local_addr()?;
-        let mut command = self.command(files.path())?;
-        command.arg("-serial").arg(format!("tcp:{address}"));
+        let host = listener.local_addr()?.to_string();
+        let mut command = self.command();
+        for address in [Some(&*host), autopilot] {
+            let device = address.map_or("null".to_owned(), |address| format!("tcp:{address}"));
+            command.arg("-serial").arg(device);
+        }
         let mut emulator = Emulator::start(&mut command)?;
         let stream = emulator.accept(&listener)?;
         stream.set_nodelay(true)?;
         self.decode_logs(&mut emulator.0, log)?;
         let mut running = Running {
-            _emulator: emulator,
+            emulator,
+            link: BoardLink::over("the emulated board", Box::new(stream.try_clone()?)),
             stream,
-            receiver: Receiver::new(),
-            _files: files,
+            camera: self.camera(),
+            frames: 0,
         };
         running.wait_until_ready()?;
         Ok(running)
     }
 
     /// The emulator with this board's flash.
-    fn command(&self, directory: &Path) -> Result<Command> {
+    fn command(&self) -> Command {
         let mut command = Command::new(QEMU);
         command
-            .args([
-                "-machine",
-                "netduinoplus2",
-                "-display",
-                "none",
-                "-monitor",
-                "none",
-            ])
+            .current_dir(self.files.path())
+            .args(["-machine", "netduinoplus2", "-display", "none"])
+            .args(["-monitor", "none"])
             .args(["-semihosting-config", "enable=on,target=native"])
             .arg("-kernel")
             .arg(&self.firmware)
+            .arg("-device")
+            .arg(format!(
+                "loader,file={FLASH},addr={:#x},force-raw=on",
+                self.start
+            ))
             .stdin(Stdio::null());
-        let elf =
-            std::fs::read(&self.firmware).with_context(|| self.firmware.display().to_string())?;
-        let elf = object::File::parse(&*elf)?;
-        let address = |name: &str| {
-            let symbol = elf.symbol_by_name(name);
-            symbol
-                .map(|symbol| symbol.address())
-                .with_context(|| format!("the firmware has no symbol {name}"))
-        };
-        for (slot, name) in self.slots.iter().zip(SLOTS) {
-            let Some(atlas) = slot else { continue };
-            let start = address(name)?;
-            // The first atlas may fill the whole region when there is no second one.
-            let is_split = name == SLOTS[0] && self.slots[1].is_some();
-            let room = address(if is_split { SLOTS[1] } else { REGION_END })? - start;
-            let len = atlas.bytes().len() as u64;
-            ensure!(
-                len <= room,
-                "an atlas of {len} bytes does not fit into the {room} bytes at {name}"
-            );
-            let file = directory.join(format!("{name}.atlas"));
-            std::fs::write(&file, atlas.bytes())?;
-            let device = format!(
-                "loader,file={},addr={start:#x},force-raw=on",
-                file.display()
-            );
-            command.arg("-device").arg(device);
-        }
-        Ok(command)
+        command
     }
 
     /// Decodes the emulator's stdout on a thread of its own.
@@ -242,8 +312,7 @@ impl Board {
         emulator: &mut Child,
         mut log: impl FnMut(Log) + Send + 'static,
     ) -> Result<thread::JoinHandle<Result<()>>> {
-        let elf =
-            std::fs::read(&self.firmware).with_context(|| self.firmware.display().to_string())?;
+        let elf = fs::read(&self.firmware).with_context(|| self.firmware.display().to_string())?;
         let table = Table::parse(&elf)?.context("the firmware has no defmt table")?;
         let mut stdout = BufReader::new(emulator.stdout.take().context("stdout is piped")?);
         Ok(thread::spawn(move || {
@@ -273,36 +342,140 @@ impl Board {
 impl Running {
     /// Asks who is there until someone is: bytes that arrive before the firmware has started its link are lost.
     fn wait_until_ready(&mut self) -> Result<()> {
-        self.stream.set_read_timeout(Some(RETRY))?;
-        let deadline = Instant::now() + PATIENCE;
-        while self.ask(&Request::Identify).is_err() {
-            ensure!(
-                Instant::now() < deadline,
-                "the board did not identify itself within {PATIENCE:?}"
-            );
-        }
-        self.stream.set_read_timeout(Some(PATIENCE))?;
+        let is_answer = |reply: &Reply| matches!(reply, Reply::Identity(_));
+        self.insist(&Request::Identify, is_answer)?;
         Ok(())
     }
 
-    /// Sends a request and waits for its reply. Late answers to earlier questions are skipped.
+    /// The link to the host.
+    pub fn link(&mut self) -> &mut BoardLink {
+        &mut self.link
+    }
+
+    /// Sends a request once, and waits for its reply.
     ///
     /// # Errors
-    /// When the link breaks or the reply is damaged.
+    /// When the link breaks, or the board says nothing in time.
     pub fn ask(&mut self, request: &Request<'_>) -> Result<Reply> {
-        let (mut scratch, mut packet) = (vec![0; MAX_REQUEST_LEN], vec![0; MAX_REQUEST_LEN]);
-        let packet = encode(request, &mut scratch, &mut packet)?;
-        self.send(packet)?;
+        self.link.send(request)?;
+        let is_identify = matches!(request, Request::Identify);
+        self.reply_that(|reply| is_identify || !matches!(reply, Reply::Identity(_)))
+    }
+
+    /// Asks until there is the reply that is asked for: a board that starts anew loses what it is sent meanwhile.
+    ///
+    /// # Errors
+    /// When the link breaks, or the board does not answer in time.
+    pub fn insist(
+        &mut self,
+        request: &Request<'_>,
+        is_it: impl Fn(&Reply) -> bool,
+    ) -> Result<Reply> {
+        let deadline = Instant::now() + PATIENCE;
         loop {
-            let reply = self.reply()?;
-            let is_identity = matches!(reply, Reply::Identity(_));
-            if is_identity == matches!(request, Request::Identify) {
-                return Ok(reply);
+            match self.link.ask(request, 3 * RETRY, &is_it) {
+                Ok(reply) => return Ok(reply),
+                Err(error) => ensure!(Instant::now() < deadline, "{error}"),
             }
         }
     }
 
-    /// Sends bytes as they are.
+    /// Waits for a reply. Late answers to the first question of all are skipped.
+    ///
+    /// # Errors
+    /// When the link breaks, or the board says nothing in time.
+    pub fn reply(&mut self) -> Result<Reply> {
+        self.reply_that(|reply| !matches!(reply, Reply::Identity(_)))
+    }
+
+    /// Waits for a reply that is neither a report nor something else than asked for.
+    fn reply_that(&mut self, is_asked_for: impl Fn(&Reply) -> bool) -> Result<Reply> {
+        loop {
+            match self.link.receive(PATIENCE)? {
+                None => bail!("the board said nothing for {PATIENCE:?}"),
+                Some(Reply::Report(_) | Reply::Picture { .. }) => {}
+                Some(reply) if is_asked_for(&reply) => return Ok(reply),
+                Some(_) => {}
+            }
+        }
+    }
+
+    /// Leaves out what comes until nothing has for a while.
+    ///
+    /// # Errors
+    /// When the link breaks.
+    pub fn drain(&mut self) -> Result<()> {
+        while self.link.receive(RETRY)?.is_some() {}
+        Ok(())
+    }
+
+    /// Waits for the next report.
+    ///
+    /// # Errors
+    /// When the link breaks, or the board says nothing in time.
+    pub fn report(&mut self) -> Result<Report> {
+        loop {
+            match self.link.receive(PATIENCE)? {
+                None => bail!("the board reported nothing for {PATIENCE:?}"),
+                Some(Reply::Report(report)) => return Ok(report),
+                Some(_) => {}
+            }
+        }
+    }
+
+    /// Sends a frame to be located, and waits for the answer.
+    ///
+    /// # Errors
+    /// When the link breaks, or the board says nothing in time.
+    pub fn locate(&mut self, sequence: u32, frame: &CameraFrame) -> Result<Reply> {
+        let (width, height) = (frame.width, frame.height);
+        self.link.send(&Request::Frame {
+            sequence,
+            width,
+            height,
+        })?;
+        for (bytes, offset) in frame.pixels.chunks(PART_LEN).zip((0..).step_by(PART_LEN)) {
+            self.link.send(&Request::Pixels { offset, bytes })?;
+        }
+        self.reply()
+    }
+
+    /// Shows the camera a frame, taken at that time.
+    ///
+    /// # Errors
+    /// When the camera's file cannot be written.
+    pub fn show(&mut self, frame: &CameraFrame, time_us: u64) -> Result<()> {
+        self.show_part(frame, time_us, usize::MAX)
+    }
+
+    /// Shows it so many bytes of a frame, its number in front included: 24 more than its pixels are all.
+    ///
+    /// # Errors
+    /// When the camera's file cannot be written.
+    pub fn show_part(&mut self, frame: &CameraFrame, time_us: u64, len: usize) -> Result<()> {
+        self.frames += 1;
+        let number = self.frames.to_le_bytes();
+        let mut bytes = Vec::with_capacity(frame.pixels.len() + 24);
+        bytes.extend([0; 8]);
+        bytes.extend(time_us.to_le_bytes());
+        bytes.extend(frame.width.to_le_bytes());
+        bytes.extend(frame.height.to_le_bytes());
+        bytes.extend(&frame.pixels);
+        bytes.extend(number);
+        bytes.truncate(len);
+        // The number in front comes last: it says that all the rest is there.
+        let file = fs::OpenOptions::new().write(true).open(&self.camera)?;
+        file.write_all_at(&bytes[4..], 4)?;
+        Ok(file.write_all_at(&number, 0)?)
+    }
+
+    /// The file of the camera, for whoever wants to break it.
+    #[must_use]
+    pub fn camera(&self) -> &Path {
+        &self.camera
+    }
+
+    /// Sends bytes to the host's wire as they are.
     ///
     /// # Errors
     /// When the link breaks.
@@ -310,18 +483,25 @@ impl Running {
         Ok(self.stream.write_all(bytes)?)
     }
 
-    /// Waits for the next reply.
+    /// Cuts power.
+    pub fn cut(self) {
+        drop(self);
+    }
+
+    /// Waits until the firmware ends the emulator, as it does to start anew with what is in flash by then.
     ///
     /// # Errors
-    /// When the link breaks, the board says nothing in time, or the reply is damaged.
-    pub fn reply(&mut self) -> Result<Reply> {
-        let mut byte = [0];
-        loop {
-            ensure!(self.stream.read(&mut byte)? == 1, "the board hung up");
-            if let Some(reply) = self.receiver.push::<Reply>(byte[0]) {
-                return Ok(reply?);
-            }
+    /// When it does not in time.
+    pub fn wait_for_restart(mut self) -> Result<()> {
+        let deadline = Instant::now() + PATIENCE;
+        while self.emulator.0.try_wait()?.is_none() {
+            ensure!(
+                Instant::now() < deadline,
+                "the board did not start anew within {PATIENCE:?}"
+            );
+            thread::sleep(Duration::from_millis(5));
         }
+        Ok(())
     }
 }
 

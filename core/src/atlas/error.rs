@@ -6,7 +6,7 @@ use super::{ALIGNMENT, MAGIC, VERSION};
 use crate::route::MapError;
 
 /// The first check that failed, with the numbers that failed it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum AtlasError {
@@ -127,7 +127,7 @@ pub enum AtlasError {
 }
 
 /// A part of an atlas, for errors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Part {
     /// Pixels per side of a view.

@@ -15,6 +15,7 @@ mod parse;
 pub use emit::{Contents, emit, emitted_len};
 pub use error::{AtlasError, Part};
 pub use header::{Blur, Header, Layout, Likelihood, Limits, Training};
+pub use parse::Head;
 
 use crate::{
     eigenspace::Eigenspace,
@@ -33,6 +34,9 @@ pub const PREAMBLE_LEN: usize = 16;
 
 /// Bytes that the header may take at most.
 pub const MAX_HEADER_LEN: usize = 240;
+
+/// The first bytes of an atlas, which hold preamble and header.
+pub const HEAD_LEN: usize = PREAMBLE_LEN + MAX_HEADER_LEN;
 
 /// Blobs start at multiples of this many bytes, and so must an atlas in memory.
 pub const ALIGNMENT: usize = 8;
@@ -120,14 +124,55 @@ impl<'a> Atlas<'a> {
 /// Of nothing where it is too short for that.
 #[must_use]
 pub fn checksum(atlas: &[u8]) -> u32 {
-    const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-    let mut digest = CRC.digest();
-    digest.update(atlas.get(..PREAMBLE_LEN - 4).unwrap_or_default());
-    digest.update(atlas.get(PREAMBLE_LEN..).unwrap_or_default());
-    digest.finalize()
+    let mut checksum = Checksum::new();
+    checksum.update(atlas);
+    checksum.finalize()
 }
 
-#[cfg(test)]
-pub(crate) mod sample;
+/// The same of an atlas that comes in pieces, of which the first has the whole preamble.
+#[derive(Clone)]
+pub struct Checksum {
+    digest: crc::Digest<'static, u32>,
+    has_begun: bool,
+}
+
+static CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+impl Default for Checksum {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Checksum {
+    /// Of nothing.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            digest: CRC.digest(),
+            has_begun: false,
+        }
+    }
+
+    /// Takes the next piece.
+    pub fn update(&mut self, piece: &[u8]) {
+        let mut rest = piece;
+        if !core::mem::replace(&mut self.has_begun, true) {
+            self.digest
+                .update(piece.get(..PREAMBLE_LEN - 4).unwrap_or_default());
+            rest = piece.get(PREAMBLE_LEN..).unwrap_or_default();
+        }
+        self.digest.update(rest);
+    }
+
+    /// The CRC.
+    #[must_use]
+    pub fn finalize(self) -> u32 {
+        self.digest.finalize()
+    }
+}
+
+#[cfg(any(test, feature = "std"))]
+pub mod sample;
 #[cfg(test)]
 mod tests;

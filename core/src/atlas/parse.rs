@@ -102,47 +102,105 @@ impl<'a> Atlas<'a> {
     }
 }
 
-/// Checks the preamble and the CRC; gives the atlas without what follows it, the header's length and the CRC.
-fn check_preamble(bytes: &[u8]) -> Result<(&[u8], u16, u32), AtlasError> {
-    let truncated = |needed| AtlasError::Truncated {
+/// What the first bytes of an atlas say: [`HEAD_LEN`](super::HEAD_LEN) of them, or all of a shorter one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Head {
+    /// The header.
+    pub header: Header,
+    /// Bytes of the atlas.
+    pub total_len: u32,
+    /// Its CRC-32: what it should be.
+    pub crc: u32,
+}
+
+impl Head {
+    /// Reads the first bytes of an atlas of which the rest is not at hand.
+    ///
+    /// # Errors
+    /// The first check that failed. Those of what follows the header, and of the CRC, are not made.
+    pub fn read(bytes: &[u8]) -> Result<Self, AtlasError> {
+        let preamble = Preamble::read(bytes)?;
+        let header = decode_header(bytes, preamble.header_len)?;
+        check_header(&header)?;
+        let (expected, found) = (
+            Layout::of(&header, usize::from(preamble.header_len)).total_len,
+            preamble.total_len,
+        );
+        if expected != u64::from(found) {
+            return Err(AtlasError::Length { expected, found });
+        }
+        Ok(Self {
+            header,
+            total_len: found,
+            crc: preamble.crc,
+        })
+    }
+}
+
+struct Preamble {
+    header_len: u16,
+    total_len: u32,
+    crc: u32,
+}
+
+impl Preamble {
+    fn read(bytes: &[u8]) -> Result<Self, AtlasError> {
+        let Some((
+            &[
+                m0,
+                m1,
+                m2,
+                m3,
+                v0,
+                v1,
+                h0,
+                h1,
+                t0,
+                t1,
+                t2,
+                t3,
+                c0,
+                c1,
+                c2,
+                c3,
+            ],
+            _,
+        )) = bytes.split_first_chunk::<PREAMBLE_LEN>()
+        else {
+            return Err(truncated(bytes, PREAMBLE_LEN as u32));
+        };
+        let magic = [m0, m1, m2, m3];
+        if magic != MAGIC {
+            return Err(AtlasError::Magic { found: magic });
+        }
+        let version = u16::from_le_bytes([v0, v1]);
+        if version != VERSION {
+            return Err(AtlasError::Version { found: version });
+        }
+        Ok(Self {
+            header_len: u16::from_le_bytes([h0, h1]),
+            total_len: u32::from_le_bytes([t0, t1, t2, t3]),
+            crc: u32::from_le_bytes([c0, c1, c2, c3]),
+        })
+    }
+}
+
+fn truncated(bytes: &[u8], needed: u32) -> AtlasError {
+    AtlasError::Truncated {
         needed,
         have: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
-    };
-    let Some((
-        &[
-            m0,
-            m1,
-            m2,
-            m3,
-            v0,
-            v1,
-            h0,
-            h1,
-            t0,
-            t1,
-            t2,
-            t3,
-            c0,
-            c1,
-            c2,
-            c3,
-        ],
-        _,
-    )) = bytes.split_first_chunk::<PREAMBLE_LEN>()
-    else {
-        return Err(truncated(PREAMBLE_LEN as u32));
-    };
-    let magic = [m0, m1, m2, m3];
-    if magic != MAGIC {
-        return Err(AtlasError::Magic { found: magic });
     }
-    let version = u16::from_le_bytes([v0, v1]);
-    if version != VERSION {
-        return Err(AtlasError::Version { found: version });
-    }
-    let total_len = u32::from_le_bytes([t0, t1, t2, t3]);
+}
+
+/// Checks the preamble and the CRC; gives the atlas without what follows it, the header's length and the CRC.
+fn check_preamble(bytes: &[u8]) -> Result<(&[u8], u16, u32), AtlasError> {
+    let Preamble {
+        header_len,
+        total_len,
+        crc,
+    } = Preamble::read(bytes)?;
     let Some(bytes) = bytes.get(..total_len as usize) else {
-        return Err(truncated(total_len));
+        return Err(truncated(bytes, total_len));
     };
     if bytes.len() < PREAMBLE_LEN {
         return Err(AtlasError::Length {
@@ -150,11 +208,11 @@ fn check_preamble(bytes: &[u8]) -> Result<(&[u8], u16, u32), AtlasError> {
             found: total_len,
         });
     }
-    let (stored, computed) = (u32::from_le_bytes([c0, c1, c2, c3]), checksum(bytes));
+    let (stored, computed) = (crc, checksum(bytes));
     if stored != computed {
         return Err(AtlasError::Crc { stored, computed });
     }
-    Ok((bytes, u16::from_le_bytes([h0, h1]), stored))
+    Ok((bytes, header_len, stored))
 }
 
 fn decode_header(bytes: &[u8], len: u16) -> Result<Header, AtlasError> {

@@ -5,15 +5,19 @@ use std::{boxed::Box, vec, vec::Vec};
 use super::{Blur, Contents, Header, Likelihood, Limits, Training, emit, emitted_len};
 use crate::{
     eigenspace::{MeanRow, Normalize, Row, weight_count, weight_index},
-    landmark::{Metric, Record, Survey, Width},
+    landmark::{Lattice, Metric, Point, Record, Survey, Width},
     route::Place,
 };
 
 /// An atlas of a whole survey: every candidate is a landmark.
-pub(crate) struct Sample<'s> {
+pub struct Sample<'s> {
+    /// Where candidates lie.
     pub survey: Survey,
+    /// Width and height of the map, in pixels.
     pub map_px: (u32, u32),
+    /// Side of a view's footprint, in map pixels.
     pub footprint_px: f32,
+    /// What a distance says.
     pub likelihood: Likelihood,
     /// Gray levels of the candidates' four pixels, in their order.
     pub grays: &'s [[u8; 4]],
@@ -25,6 +29,10 @@ pub(crate) struct Sample<'s> {
 
 impl Sample<'_> {
     /// The atlas, at an aligned address.
+    ///
+    /// # Panics
+    /// When the parts do not make an atlas.
+    #[must_use]
     pub fn emit(&self) -> Box<[u64]> {
         let mut first_leg = 0;
         let places: Vec<Place> = (self.places.iter().zip(self.legs))
@@ -103,13 +111,51 @@ impl Sample<'_> {
     }
 }
 
+/// An atlas of four landmarks in a row, a hundred map pixels apart, with a place at each and legs both ways between
+/// neighbors.
+///
+/// # Panics
+/// Never.
+#[must_use]
+pub fn row() -> Box<[u64]> {
+    let lattice = Lattice {
+        origin: Point {
+            x_px: 50.0,
+            y_px: 50.0,
+        },
+        stride_px: 100.0,
+        columns: 4,
+        rows: 1,
+    };
+    let sample = Sample {
+        survey: Survey::nominal([lattice].into_iter().collect()),
+        map_px: (400, 100),
+        footprint_px: 100.0,
+        likelihood: Likelihood {
+            sharpness: 0.02,
+            ceiling: 600.0,
+        },
+        grays: &[
+            [10, 20, 30, 40],
+            [200, 30, 90, 150],
+            [60, 220, 10, 120],
+            [250, 240, 130, 20],
+        ],
+        places: &[[50.0, 50.0], [150.0, 50.0], [250.0, 50.0], [350.0, 50.0]],
+        legs: &[&[1], &[0, 2], &[1, 3], &[2]],
+    };
+    sample.emit()
+}
+
 /// The coefficient of a gray level.
-pub(crate) fn centered(gray: u8) -> i16 {
+#[must_use]
+pub fn centered(gray: u8) -> i16 {
     i16::from(gray) - 128
 }
 
 /// A frame of 32×32 pixels whose view has these gray levels.
-pub(crate) fn frame_of([a, b, c, d]: [u8; 4]) -> Vec<u8> {
+#[must_use]
+pub fn frame_of([a, b, c, d]: [u8; 4]) -> Vec<u8> {
     let row = |left, right| [[left; 16], [right; 16]].concat();
     [row(a, b).repeat(16), row(c, d).repeat(16)].concat()
 }

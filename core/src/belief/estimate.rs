@@ -12,7 +12,7 @@ use crate::{
 pub const CONFIDENT: f32 = 0.99;
 
 /// Where the vehicle most likely is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Estimate {
     /// Where on the map: the mean of the belief around its heaviest state.

@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Matrix4x2, Vector2, Vector4};
 use super::SIDE_PX;
 use crate::{
     landmark::Point,
-    track::{Covariance, Odometry, Placement},
+    track::{BoardOdometry, Covariance, Placement},
 };
 
 /// How far from a place it is seen again: standard deviation along each axis, in sides. Twice what views that look the same
@@ -26,7 +26,7 @@ pub(super) fn is_plausible(here: Point, now: &Covariance, place: Point, then: &C
 /// Corrects path integration by a place: `offset` (x, y, in sides) leads to it from where the vehicle took itself to be
 /// when it saw it; `then` is the covariance with which the place was made.
 /// Returns whether anything was corrected: a place that is known no better than the vehicle says nothing.
-pub(super) fn correct(odometry: &mut Odometry, offset: [f32; 2], then: &Covariance) -> bool {
+pub(super) fn correct(odometry: &mut BoardOdometry, offset: [f32; 2], then: &Covariance) -> bool {
     let now = odometry.covariance();
     let since = now - then;
     let own = SPREAD * SPREAD;
@@ -57,8 +57,8 @@ mod tests {
         Covariance::from_diagonal(&Vector4::new(place, place, heading, 0.0))
     }
 
-    fn after(now: &Covariance) -> Odometry {
-        let mut odometry = Odometry::new();
+    fn after(now: &Covariance) -> BoardOdometry {
+        let mut odometry = BoardOdometry::new();
         let start = Placement {
             x: 2.0,
             y: 1.0,

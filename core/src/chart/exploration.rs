@@ -15,7 +15,7 @@ use crate::{
     navigator::{Readings, dead_reckoning::DeadReckoning},
     preprocess::View,
     route::{Leg, RouteError},
-    track::{Covariance, Displacement, Odometry, Placement},
+    track::{BoardOdometry, Covariance, Displacement, Placement},
 };
 
 /// Way between two looks, in sides.
@@ -146,12 +146,12 @@ where
 
     /// The path so far, corrected by places that were seen again.
     #[must_use]
-    pub fn odometry(&self) -> &Odometry {
+    pub fn odometry(&self) -> &BoardOdometry {
         &self.memory.odometry
     }
 
     /// The same, for corrections from elsewhere.
-    pub fn odometry_mut(&mut self) -> &mut Odometry {
+    pub fn odometry_mut(&mut self) -> &mut BoardOdometry {
         &mut self.memory.odometry
     }
 
@@ -207,8 +207,9 @@ where
             odometry.restart(start, &Covariance::from_diagonal(&variances));
         }
         let displacement = odometry.advance(frame, readings.tilt);
-        let turned =
-            |odometry: &Odometry| compass.map(|compass| compass - odometry.placement().heading_rad);
+        let turned = |odometry: &BoardOdometry| {
+            compass.map(|compass| compass - odometry.placement().heading_rad)
+        };
         match &displacement {
             Some(displacement) => {
                 let moved = self.reckoning.learn(displacement);

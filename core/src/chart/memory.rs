@@ -7,7 +7,7 @@ use super::{
 use crate::{
     explore::{Explorer, Growth},
     route::Router,
-    track::Odometry,
+    track::BoardOdometry,
 };
 
 /// Dimensions of the eigenspace of landmarks, and one for the residual.
@@ -20,14 +20,14 @@ const NOVELTY: f32 = 0.7;
 /// board; a box on a host.
 #[derive(Clone, Debug)]
 pub struct Memory<const PLACES: usize, const LEGS: usize> {
-    pub(super) odometry: Odometry,
+    pub(super) odometry: BoardOdometry,
     pub(super) explorer: Explorer<PIXELS, SLOTS, PLACES>,
     pub(super) chart: Chart<PLACES, LEGS>,
     pub(super) router: Router<PLACES>,
 }
 
-// Beside 12 KiB of stack and a frame of 120×120 in the 128 KiB of an STM32F405.
-const _: () = assert!(size_of::<Memory<128, 1024>>() + 120 * 120 <= 116 * 1024);
+// Beside 20 KiB of stack and a frame of 120×120 in the 128 KiB of an STM32F405.
+const _: () = assert!(size_of::<Memory<128, 1024>>() + 120 * 120 <= 100 * 1024);
 
 impl<const PLACES: usize, const LEGS: usize> Memory<PLACES, LEGS> {
     /// Nothing yet: all zeros, so that a static one needs no copy in flash. The threshold comes with
@@ -35,7 +35,7 @@ impl<const PLACES: usize, const LEGS: usize> Memory<PLACES, LEGS> {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            odometry: Odometry::new(),
+            odometry: BoardOdometry::new(),
             explorer: Explorer::new(0.0, Growth::Fixed),
             chart: Chart::new(),
             router: Router::new(),

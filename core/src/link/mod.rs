@@ -4,104 +4,42 @@
 //! byte. Whatever is damaged on the way is dropped up to the next zero, and said so.
 //!
 //! ```text
-//! host  Request::Identify ──────────────▶ board   host  Request::Locate { sequence, pixels … } ─▶ board
-//! host ◀────────────── Reply::Identity    board   host ◀─ Reply::Fix or Reply::Rejected          board
+//! host  Identify ──────────────────────▶ board    host  Frame, Pixels … ───────▶ board
+//! host ◀──────────────────────── Identity board    host ◀──── Fix or Rejected    board
+//!
+//! host  Upload(Begin) ─▶ ◀─ Upload { next }  Upload(Chunk) ─▶ ◀─ Upload { next } …  Upload(Finish) ─▶ ◀─ Slots
+//! host  Watch ─▶ ◀─ Report ◀─ Report ◀─ Picture …
 //! ```
+//!
+//! What is large comes in parts of at most [`PART_LEN`] bytes, so that neither side needs room for the whole of it beside
+//! where it belongs: pixels go to the camera's buffer, an atlas goes to flash.
 
+mod fault;
 mod packet;
-mod responder;
+mod reply;
+mod report;
+mod request;
 
-use serde::{Deserialize, Serialize};
-
-use crate::{atlas::Atlas, frame::FrameError, localizer::Fix};
-
+pub use fault::{Cause, Crash, Faults, Provocation};
 pub use packet::{Damage, Receiver, encode, encoded_len};
-pub use responder::Responder;
+pub use reply::{AtlasIdentity, Identity, Rejection, Reply, SlotState};
+pub use report::{Camera, Refusal, Report};
+pub use request::{Goals, Request, Upload};
 
-/// The largest frame a board accepts over the link: 320×240 pixels.
-pub const MAX_FRAME_LEN: usize = 320 * 240;
+/// Bytes of pixels or of an atlas in one message, at most.
+pub const PART_LEN: usize = 512;
 
-/// Bytes of a [`Request`] beside its pixels, at most: a tag, a sequence number, two sides and a length.
-const REQUEST_OVERHEAD: usize = 1 + 5 + 3 + 3 + 5;
+/// Pixels of a frame that the reference board has room for: 160×120.
+pub const MAX_FRAME_LEN: usize = 160 * 120;
+
+/// Bytes of a [`Request`] beside its part, at most.
+const REQUEST_OVERHEAD: usize = 16;
 
 /// Bytes of a packet that carries the largest request, its zero included.
-pub const MAX_REQUEST_LEN: usize = encoded_len(REQUEST_OVERHEAD + MAX_FRAME_LEN);
+pub const MAX_REQUEST_LEN: usize = encoded_len(REQUEST_OVERHEAD + PART_LEN);
 
 /// Bytes of a packet that carries any reply, its zero included.
-pub const MAX_REPLY_LEN: usize = 128;
+pub const MAX_REPLY_LEN: usize = 320;
 
-/// What a host asks.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Request<'a> {
-    /// Who are you, and which atlas do you fly?
-    Identify,
-    /// Where was this frame taken?
-    Locate {
-        /// Comes back with the reply.
-        sequence: u32,
-        /// Width of the frame, in pixels.
-        width: u16,
-        /// Height of the frame, in pixels.
-        height: u16,
-        /// Luminance, row by row without gaps.
-        pixels: &'a [u8],
-    },
-}
-
-/// What a board answers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Reply {
-    /// The answer to [`Request::Identify`].
-    Identity(Identity),
-    /// The answer to [`Request::Locate`].
-    Fix {
-        /// The request's number.
-        sequence: u32,
-        /// The fix, if there is one.
-        fix: Option<Fix>,
-    },
-    /// A request that was not answered, and why.
-    Rejected {
-        /// The request's number, when it could be read.
-        sequence: Option<u32>,
-        /// Why.
-        reason: Rejection,
-    },
-}
-
-/// A board's atlas in brief.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Identity {
-    /// CRC-32 of the atlas.
-    pub atlas_crc: u32,
-    /// Number of landmarks.
-    pub landmarks: u32,
-    /// Pixels per side of a view.
-    pub view_side: u8,
-    /// Dimensions of the eigenspace.
-    pub dimensions: u8,
-}
-
-/// Why a request was not answered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Rejection {
-    /// The packet was damaged.
-    Damaged(Damage),
-    /// The pixels are not a frame.
-    Frame(FrameError),
-}
-
-impl Identity {
-    /// The identity of `atlas`.
-    #[must_use]
-    pub fn of(atlas: &Atlas<'_>) -> Self {
-        Self {
-            atlas_crc: atlas.crc(),
-            landmarks: atlas.landmarks().len() as u32,
-            view_side: atlas.eigenspace().side(),
-            dimensions: atlas.eigenspace().dimensions(),
-        }
-    }
-}
+/// Pixels in one [`Reply::Picture`], at most.
+pub const PICTURE_PART_LEN: usize = 240;

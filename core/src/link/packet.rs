@@ -141,9 +141,19 @@ fn unstuff(packet: &mut [u8]) -> Option<&[u8]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{MAX_FRAME_LEN, MAX_REPLY_LEN, MAX_REQUEST_LEN, Rejection, Reply, Request};
+    use super::super::{
+        Camera, Cause, Crash, Faults, Goals, MAX_REPLY_LEN, MAX_REQUEST_LEN, PART_LEN,
+        PICTURE_PART_LEN, Refusal, Rejection, Reply, Report, Request, Upload,
+    };
     use super::*;
-    use crate::{landmark::Point, localizer::Fix};
+    use crate::{
+        belief::Estimate,
+        landmark::Point,
+        localizer::Fix,
+        mission::{Command, State},
+        navigator::MAX_GOALS,
+        slots::Setup,
+    };
     use proptest::prelude::*;
     use std::{vec, vec::Vec};
 
@@ -156,33 +166,45 @@ mod tests {
 
     #[test]
     fn the_largest_request_fits() {
-        let pixels: Vec<u8> = (0..MAX_FRAME_LEN).map(|i| (i % 251) as u8).collect();
-        let request = Request::Locate {
-            sequence: u32::MAX,
-            width: 320,
-            height: 240,
-            pixels: &pixels,
-        };
-        let packet = packet_of(&request);
-        assert!(packet.len() <= MAX_REQUEST_LEN);
-        let mut receiver = std::boxed::Box::new(Receiver::<MAX_REQUEST_LEN>::new());
-        for &byte in &packet[..packet.len() - 1] {
-            assert_eq!(receiver.push::<Request<'_>>(byte), None);
+        let bytes = [0xff; PART_LEN];
+        let setup = Setup::default();
+        let goals = Goals::from_slice(&[u16::MAX; MAX_GOALS]).expect("fits");
+        for request in [
+            Request::Pixels {
+                offset: u32::MAX,
+                bytes: &bytes,
+            },
+            Request::Upload(Upload::Chunk {
+                offset: u32::MAX,
+                bytes: &bytes,
+            }),
+            Request::Upload(Upload::Begin {
+                len: u32::MAX,
+                crc: u32::MAX,
+                setup,
+            }),
+            Request::Go(goals),
+        ] {
+            let packet = packet_of(&request);
+            let mut receiver = Receiver::<MAX_REQUEST_LEN>::new();
+            for &byte in &packet[..packet.len() - 1] {
+                assert_eq!(receiver.push::<Request<'_>>(byte), None);
+            }
+            assert_eq!(receiver.push(0), Some(Ok(request)));
         }
-        assert_eq!(receiver.push(0), Some(Ok(request)));
     }
 
     #[test]
-    fn the_largest_reply_fits() {
-        let place = Point {
+    fn the_largest_replies_fit() {
+        let point = Point {
             x_px: f32::MAX,
             y_px: f32::MAX,
         };
         let fix = Fix {
             landmark: u32::MAX,
             view: u32::MAX,
-            place,
-            position: place,
+            place: point,
+            position: point,
             heading_rad: 1.0,
             altitude_ratio: 1.0,
             distance: 1.0,
@@ -192,14 +214,60 @@ mod tests {
             guaranteed: true,
             known: true,
         };
-        assert!(
-            packet_of(&Reply::Fix {
+        let report = Report {
+            sequence: u32::MAX,
+            time_ms: u32::MAX,
+            step_s: 1.0,
+            took_us: u32::MAX,
+            camera: Camera::Absent,
+            heading_rad: Some(1.0),
+            tilt_rad: Some((1.0, 1.0)),
+            altitude_ratio: Some(1.0),
+            estimate: Some(Estimate {
+                position: point,
+                covariance_px2: [1.0; 3],
+                heading_rad: 1.0,
+                confidence: 1.0,
+            }),
+            odometry_px: [1.0; 2],
+            fix: Some(fix),
+            refusal: Some(Refusal::Unknown),
+            state: State::Arrived,
+            command: Command {
+                heading_rad: 1.0,
+                speed: 1.0,
+            },
+            damaged: u32::MAX,
+        };
+        let bytes = heapless::Vec::from_slice(&[0xff; PICTURE_PART_LEN]).expect("fits");
+        let crash = Crash::HardFault {
+            pc: u32::MAX,
+            lr: u32::MAX,
+            status: u32::MAX,
+            address: u32::MAX,
+        };
+        for reply in [
+            Reply::Report(report),
+            Reply::Picture {
                 sequence: u32::MAX,
-                fix: Some(fix)
-            })
-            .len()
-                <= MAX_REPLY_LEN
-        );
+                width: u16::MAX,
+                height: u16::MAX,
+                offset: u32::MAX,
+                bytes,
+            },
+            Reply::Faults(Faults {
+                cause: Cause::Watchdog,
+                resets: u16::MAX,
+                by_watchdog: u16::MAX,
+                by_brown_out: u16::MAX,
+                crash: Some(crash),
+                camera_losses: u16::MAX,
+                link_storms: u16::MAX,
+                worn_pages: u16::MAX,
+            }),
+        ] {
+            assert!(packet_of(&reply).len() <= MAX_REPLY_LEN, "{reply:?}");
+        }
     }
 
     #[test]

@@ -36,7 +36,7 @@ use crate::{
 };
 
 /// What the autopilot is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Command {
     /// Heading in radians, clockwise from map-up, in −π..=π.
@@ -46,7 +46,7 @@ pub struct Command {
 }
 
 /// Where a mission stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
     /// No frame came yet.

@@ -7,7 +7,7 @@
 //! **Memory.** What is large lies in a [`Memory`], which is const-constructible, for a `static` on a board.
 //!
 //! **Cost.** On the target, from a frame of 160×120 to a command, with 3,621 landmarks of 48 dimensions (8 bits) and 4,941
-//! states: 2,842,142 instructions in the costliest step of a flight; 4,837,041 in the costliest that is known, when no
+//! states: 2,832,440 instructions in the costliest step of a flight; 4,828,113 in the costliest that is known, when no
 //! corner is found again and the belief spreads as widely as it ever does. A frame of thirty per second has 5,600,000 at
 //! 168 MHz. A landmark more costs some 200, a state more 45 to 165.
 //!
@@ -37,9 +37,9 @@ use crate::{
     localizer::{Fix, Localizer},
     math::{sqrt, wrapped},
     mission::{Command, Limits, Mission, Situation, State},
-    preprocess::{MAX_ALTITUDE_RATIO, MIN_ALTITUDE_RATIO, Pose, Tilt},
+    preprocess::{Coverage, MAX_ALTITUDE_RATIO, MIN_ALTITUDE_RATIO, Pose, Tilt},
     route::{Leg, RouteError, Router},
-    track::{Displacement, Odometry},
+    track::{BoardOdometry, Displacement},
 };
 
 use compass::Compass;
@@ -47,18 +47,18 @@ use dead_reckoning::DeadReckoning;
 
 pub use digest::digest;
 
-/// States of the belief that the reference board has room for: in its 128 KiB, beside 12 KiB of stack (of which a flight
-/// takes 9.5), a frame of 160×120, the odometry and [`BOARD_PLACES`]. It is a cell for every landmark, and on to the
+/// States of the belief that the reference board has room for: in its 128 KiB, beside 20 KiB of stack, a frame of
+/// 160×120, the odometry, links and [`BOARD_PLACES`]. It is a cell for every landmark, and on to the
 /// borders, of a map of 1600×1200 pixels with a landmark every 20.
 pub const BOARD_STATES: usize = 4992;
 
 /// Places that the reference board has room for, beside [`BOARD_STATES`].
 pub const BOARD_PLACES: usize = 320;
 
-/// 116 KiB are left of the stack; statics of the board take less than 128 bytes.
+/// What else flies takes 8 KiB at most.
 const _: () = {
     let frame = 160 * 120;
-    assert!(size_of::<Memory<BOARD_STATES, BOARD_PLACES>>() + frame + 128 <= 116 * 1024);
+    assert!(size_of::<BoardMemory>() + frame + 8 * 1024 <= 108 * 1024 - 128);
 };
 
 /// Goals that can be given at once.
@@ -101,11 +101,17 @@ pub struct Readings {
     pub altitude_ratio: Option<f32>,
 }
 
+/// What the reference board has room for.
+pub type BoardMemory = Memory<BOARD_STATES, BOARD_PLACES>;
+
+/// What flies on the reference board.
+pub type BoardNavigator<'a> = Navigator<'a, &'a mut BoardMemory, BOARD_STATES, BOARD_PLACES>;
+
 /// What a navigator has room for: `STATES` of the belief (6 bytes each), `PLACES` of the topological map (8 bytes each),
-/// and 65 KiB of path integration.
+/// and 27 KiB of path integration.
 #[derive(Clone, Debug)]
 pub struct Memory<const STATES: usize, const PLACES: usize> {
-    odometry: Odometry,
+    odometry: BoardOdometry,
     belief: Belief<STATES>,
     router: Router<PLACES>,
 }
@@ -144,7 +150,7 @@ impl<const STATES: usize, const PLACES: usize> Memory<STATES, PLACES> {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            odometry: Odometry::new(),
+            odometry: BoardOdometry::new(),
             belief: Belief::new(),
             router: Router::new(),
         }
@@ -218,12 +224,12 @@ where
 
     /// The path so far, to which fixes add nothing.
     #[must_use]
-    pub fn odometry(&self) -> &Odometry {
+    pub fn odometry(&self) -> &BoardOdometry {
         &self.memory.odometry
     }
 
     /// The same, to say where it starts.
-    pub fn odometry_mut(&mut self) -> &mut Odometry {
+    pub fn odometry_mut(&mut self) -> &mut BoardOdometry {
         &mut self.memory.odometry
     }
 
@@ -231,6 +237,18 @@ where
     #[must_use]
     pub fn atlas(&self) -> &Atlas<'a> {
         self.localizer.atlas()
+    }
+
+    /// Where a frame of nominal pose was taken, by itself: flight goes on as if it had not come.
+    #[must_use]
+    pub fn locate_alone(&mut self, frame: &Frame<'_>) -> Option<Fix> {
+        self.localizer.locate(frame)
+    }
+
+    /// How much of its view the last frame showed; all of it before the first.
+    #[must_use]
+    pub fn coverage(&self) -> Coverage {
+        self.localizer.coverage()
     }
 
     /// Takes in a frame and what the instruments said, `step_s` seconds after the one before; `None` when the camera

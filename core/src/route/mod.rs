@@ -66,7 +66,7 @@ pub struct TopologicalMap<'a> {
 }
 
 /// What is wrong with places and legs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MapError {
     /// A place is not on the map, or is not a number.

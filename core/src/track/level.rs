@@ -2,7 +2,8 @@
 
 use crate::frame::Frame;
 
-/// The longest side of the square that is tracked in, in pixels: of larger frames the middle is looked at.
+/// The longest side of the square that is tracked in, in pixels, where nothing else is said: of larger frames the middle
+/// is looked at.
 pub const MAX_SIDE_PX: u16 = 200;
 
 /// Levels of a pyramid, the frame itself included.
@@ -11,10 +12,19 @@ pub const LEVELS: usize = 3;
 /// Sides below this have no half: windows would not fit.
 const MIN_HALVED_SIDE_PX: u16 = 48;
 
-/// Pixels of the largest square, of its half and of its quarter.
-const BASE: usize = MAX_SIDE_PX as usize * MAX_SIDE_PX as usize;
-const HALF: usize = BASE / 4;
-const QUARTER: usize = BASE / 16;
+/// Bytes that an odometry needs for frames whose square has that side, in pixels: the frame that is tracked from, and the
+/// coarser levels of that and of the present one.
+#[must_use]
+pub const fn frames_len(side_px: u16) -> usize {
+    let base = side_px as usize * side_px as usize;
+    base + 2 * halves_len(side_px)
+}
+
+/// Bytes of the coarser levels of one frame.
+pub const fn halves_len(side_px: u16) -> usize {
+    let (half, quarter) = (side_px as usize / 2, side_px as usize / 4);
+    half * half + quarter * quarter
+}
 
 /// A square of pixels, borrowed: `side` rows of `side` pixels, `stride` bytes apart.
 #[derive(Clone, Copy, Debug)]
@@ -22,19 +32,6 @@ pub struct Level<'a> {
     pub pixels: &'a [u8],
     pub stride: usize,
     pub side: u16,
-}
-
-/// The coarser levels of a frame, of half and of a quarter its side.
-#[derive(Clone, Debug)]
-pub struct Halves {
-    half: [u8; HALF],
-    quarter: [u8; QUARTER],
-}
-
-/// A frame's square, copied, without gaps between its rows.
-#[derive(Clone, Debug)]
-pub struct Base {
-    pixels: [u8; BASE],
 }
 
 /// Levels from fine to coarse; those that do not exist have side 0.
@@ -47,10 +44,10 @@ impl<'a> Level<'a> {
         side: 0,
     };
 
-    /// The middle of a frame, at most [`MAX_SIDE_PX`] wide and high.
-    pub fn of(frame: &Frame<'a>) -> Self {
+    /// The middle of a frame, at most that wide and high.
+    pub fn of(frame: &Frame<'a>, max_side_px: u16) -> Self {
         let square = frame.square_side();
-        let side = square.min(MAX_SIDE_PX);
+        let side = square.min(max_side_px);
         let margin = (square - side) / 2;
         let pixels = frame.square_from(margin);
         Self {
@@ -84,53 +81,37 @@ impl<'a> Level<'a> {
     }
 }
 
-impl Halves {
-    /// Black pixels.
-    pub const fn new() -> Self {
-        Self {
-            half: [0; HALF],
-            quarter: [0; QUARTER],
+/// Fills in the coarser levels of `base`.
+pub fn halve_all(base: &Level<'_>, halves: &mut [u8]) {
+    let side = usize::from(base.half_side());
+    let Some((half, quarter)) = halves.split_at_mut_checked(side * side) else {
+        return;
+    };
+    halve(base, half);
+    halve(&square(half, base.half_side()), quarter);
+}
+
+/// The pyramid on `base`, whose coarser levels these are.
+pub fn pyramid<'a>(base: Level<'a>, halves: &'a [u8]) -> Pyramid<'a> {
+    let side = usize::from(base.half_side());
+    let (half, quarter) = halves.split_at_checked(side * side).unwrap_or_default();
+    let half = square(half, base.half_side());
+    [base, half, square(quarter, half.half_side())]
+}
+
+/// Copies a square, without gaps between its rows.
+pub fn copy(from: &Level<'_>, target: &mut [u8]) {
+    let side = usize::from(from.side.max(1));
+    for (y, target) in target.chunks_exact_mut(side).enumerate().take(side) {
+        let row = from.row(y);
+        if row.len() == target.len() {
+            target.copy_from_slice(row);
         }
-    }
-
-    /// Fills in the halves of `base`.
-    pub fn halve(&mut self, base: &Level<'_>) {
-        halve(base, &mut self.half);
-        let half = square(&self.half, base.half_side());
-        halve(&half, &mut self.quarter);
-    }
-
-    /// The pyramid on `base`, whose halves these are.
-    pub fn under<'a>(&'a self, base: Level<'a>) -> Pyramid<'a> {
-        let half = square(&self.half, base.half_side());
-        [base, half, square(&self.quarter, half.half_side())]
     }
 }
 
-impl Base {
-    /// Black pixels.
-    pub const fn new() -> Self {
-        Self { pixels: [0; BASE] }
-    }
-
-    /// Copies a square.
-    pub fn copy(&mut self, from: &Level<'_>) {
-        let side = usize::from(from.side.max(1));
-        for (y, target) in self.pixels.chunks_exact_mut(side).enumerate().take(side) {
-            let row = from.row(y);
-            if row.len() == target.len() {
-                target.copy_from_slice(row);
-            }
-        }
-    }
-
-    /// The square of that side that was copied.
-    pub fn level(&self, side: u16) -> Level<'_> {
-        square(&self.pixels, side)
-    }
-}
-
-fn square(pixels: &[u8], side: u16) -> Level<'_> {
+/// The square of that side without gaps between its rows.
+pub fn square(pixels: &[u8], side: u16) -> Level<'_> {
     if side == 0 {
         return Level::NONE;
     }
@@ -160,7 +141,7 @@ fn halve(from: &Level<'_>, target: &mut [u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::{boxed::Box, vec::Vec};
+    use std::vec::Vec;
 
     #[test]
     fn the_middle_of_a_large_frame_is_looked_at() {
@@ -168,7 +149,7 @@ mod tests {
         pixels[20 * 320 + 60] = 1; // first pixel of the 200×200 in the middle
         pixels[219 * 320 + 259] = 2; // its last pixel
         let frame = Frame::new(&pixels, 320, 240, 320).expect("valid");
-        let level = Level::of(&frame);
+        let level = Level::of(&frame, MAX_SIDE_PX);
         assert_eq!(level.side, 200);
         assert_eq!((level.row(0)[0], level.row(199)[199]), (1, 2));
         assert!(level.row(200).is_empty());
@@ -178,10 +159,10 @@ mod tests {
     fn halves_are_exact_means() {
         let pixels: Vec<u8> = (0..50 * 49).map(|i| (i * 7 % 251) as u8).collect();
         let frame = Frame::new(&pixels, 50, 49, 50).expect("valid");
-        let base = Level::of(&frame);
-        let mut halves = Box::new(Halves::new());
-        halves.halve(&base);
-        let [_, half, quarter] = halves.under(base);
+        let base = Level::of(&frame, MAX_SIDE_PX);
+        let mut halves = [0; halves_len(50)];
+        halve_all(&base, &mut halves);
+        let [_, half, quarter] = pyramid(base, &halves);
         assert_eq!((half.side, quarter.side), (24, 0));
         for y in 0..24 {
             for x in 0..24 {

@@ -49,9 +49,9 @@
 //! and gamma between 0.7 and 1.3; the same with tilts of 4° told wrong by up to 1°, a compass and an altimeter. Corners
 //! are 0.04 to 0.07 pixel from the truth (median), as OpenCV's are.
 //!
-//! **Cost.** 2,067,690 instructions on the target for a frame of 200×200 with 20 corners, detection included; 3,438,214
-//! when none is found again. 66,232 bytes of state, of which the frame that is tracked from takes 40,000, and 5,400
-//! bytes of stack.
+//! **Cost.** 2,036,351 instructions on the target for a frame of 200×200 with 20 corners, detection included; 3,406,869
+//! when none is found again. 66,232 bytes of state for such frames, of which the one that is tracked from takes 40,000;
+//! 27,856 bytes for frames of 128×128; and 5,900 bytes of stack.
 //!
 //! **Limits.** Flat ground. The middle 200×200 pixels of larger frames. In frames of 200×200 corners are found up to
 //! some 16 pixels from where they should be, less in smaller ones; windows are not turned or scaled, which is good for 8°
@@ -74,9 +74,15 @@ mod tests;
 mod tracks;
 
 pub use digest::{digest, see_ground};
-pub use level::MAX_SIDE_PX;
+pub use level::{MAX_SIDE_PX, frames_len};
 pub use odometry::Odometry;
 pub use placement::{Covariance, Displacement, Placement};
+
+/// The longest side of the square that the reference board tracks in, in pixels: of frames of 160×120 and 128×128 all.
+pub const BOARD_SIDE_PX: u16 = 128;
+
+/// An odometry that the reference board has room for.
+pub type BoardOdometry = Odometry<{ frames_len(BOARD_SIDE_PX) }>;
 
 /// Corners that are tracked at most: the number that the budget is made for.
 pub const MAX_TRACKS: usize = 20;

@@ -8,7 +8,7 @@ use super::{
     Track,
     frames::Frames,
     ground::Ground,
-    level::Level,
+    level::{Level, MAX_SIDE_PX, frames_len},
     placement::{Covariance, Displacement, Placement, is_covariance, of_fit, propagation, turned},
     similarity::{Agreement, Similarity},
     tracks::Tracks,
@@ -22,12 +22,13 @@ const RENEW_TURN: f32 = 0.04;
 /// A fit's errors enter the map of anchors with the new ones among them, by this factor; see the module's notes.
 const GROWTH: f32 = 2.5;
 
-/// Visual path integration: corners of the ground, and where the vehicle is among them. 66,232 bytes of state.
+/// Visual path integration: corners of the ground, and where the vehicle is among them. `FRAMES` bytes for frames, see
+/// [`frames_len`], and 1,232 more.
 ///
 /// # Examples
 /// ```
 /// use eigenmark_core::{frame::Frame, track::{Odometry, Placement, see_ground}};
-/// let mut odometry = Box::new(Odometry::new()); // on a board: a static
+/// let mut odometry = Box::new(Odometry::whole()); // on a board: a static
 /// let mut pixels = [0; 120 * 120];
 /// for frames in 0..3 {
 ///     // Four hundredths of a side to the right per frame.
@@ -41,8 +42,8 @@ const GROWTH: f32 = 2.5;
 /// # Ok::<(), eigenmark_core::frame::FrameError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Odometry {
-    frames: Frames,
+pub struct Odometry<const FRAMES: usize = { frames_len(MAX_SIDE_PX) }> {
+    frames: Frames<FRAMES>,
     tracks: Tracks,
     /// From ground positions below the vehicle to the plane; none is the origin. So an odometry starts as nothing but
     /// zeros, and a static one needs no copy in flash.
@@ -64,6 +65,14 @@ const _: () = assert!(size_of::<Odometry>() <= 68 * 1024);
 const ZERO: Covariance = Covariance::from_array_storage(nalgebra::ArrayStorage([[0.0; 4]; 4]));
 
 impl Odometry {
+    /// A [`new`](Self::new) one for squares of up to [`MAX_SIDE_PX`].
+    #[must_use]
+    pub const fn whole() -> Self {
+        Self::new()
+    }
+}
+
+impl<const FRAMES: usize> Odometry<FRAMES> {
     /// At the origin, heading up, at nominal altitude; nothing has been seen.
     #[must_use]
     pub const fn new() -> Self {
@@ -121,7 +130,7 @@ impl Odometry {
     /// the displacement otherwise.
     #[inline(never)]
     pub fn advance(&mut self, frame: &Frame<'_>, tilt: Option<Tilt>) -> Option<Displacement> {
-        let base = Level::of(frame);
+        let base = Level::of(frame, Frames::<FRAMES>::MAX_SIDE_PX);
         let square_px = frame.square_side();
         let ground = Ground::new(square_px, base.side, tilt);
         let is_alike = self.frames.present(&base, square_px);
@@ -374,7 +383,7 @@ impl Odometry {
     }
 }
 
-impl Default for Odometry {
+impl<const FRAMES: usize> Default for Odometry<FRAMES> {
     fn default() -> Self {
         Self::new()
     }

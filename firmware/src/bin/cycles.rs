@@ -8,7 +8,7 @@
 #![no_std]
 #![no_main]
 
-use core::{hint::black_box, iter::once};
+use core::{hint::black_box, iter::once, panic::PanicInfo};
 
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use eigenmark_core::{
@@ -21,16 +21,19 @@ use eigenmark_core::{
     localizer::Localizer,
     navigator::{BOARD_PLACES, BOARD_STATES, Memory, Navigator, Readings},
     preprocess::{Pose, PoseError, View, level, reduce},
+    slots::Slot,
     track::{MAX_TRACKS, Odometry, Placement, see_ground},
 };
 use eigenmark_firmware::{
-    atlas_region::{self, Slot},
-    board::{Board, CORE_HZ},
-    fail,
+    atlas_region,
+    board::CORE_HZ,
+    fail, panicked,
     room::{Begin, Room},
     stack, succeed,
 };
 use static_cell::ConstStaticCell;
+
+eigenmark_firmware::logger!();
 
 /// SysTick counts down from here: 2²⁴ − 1.
 const RELOAD: u32 = 0x00ff_ffff;
@@ -83,7 +86,7 @@ struct Pixels<const LEN: usize>([u8; LEN]);
 
 impl Begin for Path {
     const BEGIN: Self = Self {
-        odometry: Odometry::new(),
+        odometry: Odometry::whole(),
         pixels: Pixels([0; _]),
     };
 }
@@ -103,17 +106,18 @@ impl Begin for Explored {
     const BEGIN: Self = Self(IncrementalPca::new(Growth::Fixed));
 }
 
-/// There is no room for all of them at the same time; the last is the largest.
-static ROOM: ConstStaticCell<Room<{ size_of::<Flight>() }>> = ConstStaticCell::new(Room::new());
+/// There is no room for all of them at the same time; this is the largest.
+static ROOM: ConstStaticCell<Room<{ size_of::<Path>() }>> = ConstStaticCell::new(Room::new());
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let Some(board) = Board::take() else { fail() };
-    let Ok(atlas) = Atlas::parse(atlas_region::bytes(Slot::A)) else {
-        defmt::error!("slot A holds no valid atlas");
+    let Some(core) = cortex_m::Peripherals::take() else {
         fail()
     };
-    let mut meter = Meter::new(board.systick);
+    let Some(atlas) = atlas_region::in_slot(Slot::A) else {
+        fail()
+    };
+    let mut meter = Meter::new(core.SYST);
     let room = ROOM.take();
     if !atlas.topology().is_empty() {
         let Believed(belief) = room.hold();
@@ -195,7 +199,7 @@ fn project_and_match(meter: &mut Meter, atlas: &Atlas<'_>, frame: &Frame<'_>) {
             black_box(table.nearest(black_box(&coefficients), table.everywhere()));
         });
     }
-    if let Ok(dense) = Atlas::parse(atlas_region::bytes(Slot::B)) {
+    if let Some(dense) = atlas_region::in_slot(Slot::B) {
         let table = dense.landmarks().prefix(1024);
         meter.measure(format_args!("match_{}_{k}", table.len()), 10, || {
             black_box(table.nearest(black_box(&coefficients), table.everywhere()));
@@ -505,4 +509,9 @@ const fn test_views() -> [[u8; 400]; 28] {
         i += 1;
     }
     views
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    panicked(info)
 }

@@ -1,53 +1,46 @@
-//! What flies: answers every frame that arrives over the link with its fix.
+//! What flies: camera and instruments → the navigator → the autopilot, with a host beside it.
 
 #![no_std]
 #![no_main]
 
-use eigenmark_core::{
-    link::{Reply, Responder},
-    localizer::Localizer,
-};
-use eigenmark_firmware::{atlas_region, board::Board, fail};
-use embedded_io::{Read, Write};
+use core::panic::PanicInfo;
+
+use eigenmark_core::{link::MAX_FRAME_LEN, navigator::BoardMemory, slots::Writer};
+use eigenmark_firmware::{atlas_region, board, crash, faults::FaultLog, flight::Flight};
 use static_cell::ConstStaticCell;
 
-static RESPONDER: ConstStaticCell<Responder> = ConstStaticCell::new(Responder::new());
+eigenmark_firmware::logger!();
+
+static MEMORY: ConstStaticCell<BoardMemory> = ConstStaticCell::new(BoardMemory::new());
+static PIXELS: ConstStaticCell<Pixels> = ConstStaticCell::new(Pixels([0; MAX_FRAME_LEN]));
+
+/// Pixels of a frame, at a whole word: the fast kernels ask for that.
+#[repr(align(4))]
+struct Pixels([u8; MAX_FRAME_LEN]);
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let Some((slot, atlas)) = atlas_region::find() else {
-        defmt::error!("no slot holds a valid atlas");
-        fail()
+    let Some(parts) = board::take() else {
+        crash::reset()
     };
-    defmt::info!(
-        "slot {}: atlas {:08x}, {} landmarks",
-        slot,
-        atlas.crc(),
-        atlas.landmarks().len()
-    );
-    let Some(mut board) = Board::take() else {
-        fail()
-    };
-    let mut localizer = Localizer::new(atlas);
-    let responder = RESPONDER.take();
-    loop {
-        let mut byte = [0];
-        let Ok(_) = board.link.read(&mut byte);
-        let Some((reply, packet)) = responder.push(byte[0], &mut localizer) else {
-            continue;
-        };
-        let Ok(()) = board.link.write_all(packet);
-        match reply {
-            Reply::Identity(_) => defmt::info!("identified"),
-            Reply::Fix {
-                sequence,
-                fix: Some(fix),
-            } => defmt::debug!("frame {}: {}", sequence, fix),
-            Reply::Fix {
-                sequence,
-                fix: None,
-            } => defmt::info!("frame {}: no fix", sequence),
-            Reply::Rejected { reason, .. } => defmt::warn!("rejected: {}", reason),
-        }
+    let kept = crash::kept();
+    let faults = FaultLog::begin(kept, board::cause(kept));
+    let region = board::reading(atlas_region::read);
+    match region.choose() {
+        Some(choice) => defmt::info!(
+            "slot {}: atlas {:08x}, {} landmarks",
+            choice.slot,
+            choice.atlas.crc(),
+            choice.atlas.landmarks().len()
+        ),
+        None => defmt::warn!("no slot holds a valid atlas"),
     }
+    let writer = Writer::new(board::REGION_OFFSET, atlas_region::slot_len() as u32);
+    let (memory, pixels) = (MEMORY.take(), PIXELS.take());
+    Flight::new(parts, &region, writer, memory, &mut pixels.0, faults).fly()
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    crash::panicked(info)
 }

@@ -1,10 +1,10 @@
 //! Links only when nothing that flies can panic: its panic handler calls a function that does not exist.
 //!
 //! It is built, not run. Everything that stands between untrusted bytes and a fix is called with input that the
-//! compiler cannot see through: an atlas is parsed, frames come as pixels, over the link, are reduced to views and tracked,
-//! belief, route and mission make commands of them, and without an atlas a chart is explored and flown over. Where the
-//! optimizer leaves one check that can fail in any of that, the handler is linked and the linker reports that
-//! `a_panic_path_is_linked` is undefined.
+//! compiler cannot see through: an atlas is parsed, frames come as pixels, are reduced to views and tracked, belief, route
+//! and mission make commands of them, and without an atlas a chart is explored and flown over; then all of the flight, with
+//! cameras on buses, both wires, and flash that is read and written. Where the optimizer leaves one check that can fail in
+//! any of that, the handler is linked and the linker reports that `a_panic_path_is_linked` is undefined.
 //!
 //! To find the culprit, link all the same, and ask for the calls of the panicking functions and their inlined callers
 //! (`llvm-objdump` and `llvm-symbolizer` are in Debian's package `llvm`):
@@ -29,20 +29,30 @@ use eigenmark_core::{
     chart::{self, Exploration, Pattern},
     frame::Frame,
     landmark::{Circle, Point, Prior, Sector},
-    link::{MAX_REPLY_LEN, Receiver, Reply, Responder},
+    link::{Cause, MAX_REPLY_LEN, Provocation, Receiver, Reply},
     localizer::Localizer,
-    navigator::{BOARD_PLACES, BOARD_STATES, Memory, Navigator, Readings},
+    navigator::{BOARD_PLACES, BoardNavigator, Navigator, Readings},
     preprocess::{Pose, PoseError, View},
     route::Router,
-    track::{Covariance, Displacement, Odometry, Placement},
+    slots::{Region, Slot, Writer},
+    track::{BoardOdometry, Covariance, Displacement, Placement},
 };
-use static_cell::ConstStaticCell;
-// The interrupt vectors.
-use stm32f4 as _;
-
-static RESPONDER: ConstStaticCell<Responder> = ConstStaticCell::new(Responder::new());
-
-type BoardMemory = Memory<BOARD_STATES, BOARD_PLACES>;
+use eigenmark_firmware::{
+    board::{AtlasFlash, Lamp, Parts, Refused, System},
+    camera::{
+        ArducamMega, Camera, CameraError, Encoding, Filter, FrameSize, Hm01b0, PixelPort,
+        PortError, Resolution,
+    },
+    faults::FaultLog,
+    flight::Flight,
+};
+use embedded_hal::{
+    delay::DelayNs,
+    i2c::{self, I2c},
+    spi::{self, SpiDevice},
+};
+use embedded_io::{Read, ReadReady, Write};
+use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
 /// A chart as large as a board has room for beside a frame of 120×120.
 const CHARTED_PLACES: usize = 128;
@@ -57,11 +67,10 @@ const PATTERN: Pattern = Pattern::Square {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    if let Some(responder) = RESPONDER.try_take()
-        && let Ok(atlas) = Atlas::parse(opaque())
-    {
-        fly(&mut Localizer::new(atlas), responder);
+    if let Ok(atlas) = Atlas::parse(opaque()) {
+        locate(&mut Localizer::new(atlas));
     }
+    fly();
     if let Some(odometry) = black_box(None) {
         integrate(odometry);
     }
@@ -79,7 +88,70 @@ fn main() -> ! {
     }
 }
 
-fn fly(localizer: &mut Localizer<'_>, responder: &mut Responder) {
+/// One camera or the other: all of the flight twice would not fit.
+enum Either {
+    Mega(ArducamMega<Opaque>),
+    Hm01b0(Hm01b0<Opaque, Opaque, Opaque>),
+}
+
+impl Camera for Either {
+    fn begin(&mut self) -> Result<(), CameraError> {
+        match self {
+            Self::Mega(camera) => camera.begin(),
+            Self::Hm01b0(camera) => camera.begin(),
+        }
+    }
+
+    fn take(&mut self, pixels: &mut [u8]) -> Result<Option<FrameSize>, CameraError> {
+        match self {
+            Self::Mega(camera) => camera.take(pixels),
+            Self::Hm01b0(camera) => camera.take(pixels),
+        }
+    }
+
+    fn recover(&mut self) {
+        match self {
+            Self::Mega(camera) => camera.recover(),
+            Self::Hm01b0(camera) => camera.recover(),
+        }
+    }
+}
+
+/// All of it.
+fn fly() {
+    let (encoding, resolution) = (black_box(Encoding::Yuv), black_box(Resolution::Square128));
+    let camera = if black_box(true) {
+        Either::Mega(ArducamMega::new(Opaque, encoding, resolution))
+    } else {
+        Either::Hm01b0(Hm01b0::new(
+            Opaque,
+            Opaque,
+            Opaque,
+            black_box(Filter::Bayer),
+        ))
+    };
+    let (Some(memory), Some(pixels), Some(kept)) =
+        (black_box(None), black_box(None), black_box(None))
+    else {
+        return;
+    };
+    let parts = Parts {
+        camera,
+        host: Opaque,
+        autopilot: Opaque,
+        flash: Opaque,
+        system: Opaque,
+    };
+    let region = Region::read(opaque(), black_box(0));
+    let writer = Writer::new(black_box(0), black_box(0));
+    let faults = FaultLog::begin(kept, black_box(Cause::PowerOn));
+    let mut flight = Flight::new(parts, &region, writer, memory, pixels, faults);
+    while black_box(true) {
+        black_box(flight.turn());
+    }
+}
+
+fn locate(localizer: &mut Localizer<'_>) {
     let (atlas, index) = (localizer.atlas(), black_box(0));
     let landmarks = atlas.landmarks().prefix(index);
     black_box(landmarks.coefficients(index).next());
@@ -114,14 +186,11 @@ fn fly(localizer: &mut Localizer<'_>, responder: &mut Responder) {
     if let Some(view) = View::from_pixels(opaque()) {
         black_box(localizer.locate_view(&view));
     }
-    while black_box(true) {
-        black_box(responder.push(black_box(0), localizer));
-    }
     #[cfg(feature = "panic-path")]
     black_box(opaque()[black_box(0)]);
 }
 
-fn integrate(odometry: &mut Odometry) {
+fn integrate(odometry: &mut BoardOdometry) {
     let any = || black_box(0.0);
     let covariance = black_box(Covariance::zeros());
     while black_box(true) {
@@ -156,10 +225,7 @@ fn integrate(odometry: &mut Odometry) {
 }
 
 /// Belief, route and mission among it.
-fn navigate(
-    mut navigator: Navigator<'_, &mut BoardMemory, BOARD_STATES, BOARD_PLACES>,
-    router: &Router<BOARD_PLACES>,
-) {
+fn navigate(mut navigator: BoardNavigator<'_>, router: &Router<BOARD_PLACES>) {
     while black_box(true) {
         black_box(navigator.go(black_box(&[])).is_ok());
         let frame = Frame::new(opaque(), black_box(0), black_box(0), black_box(0));
@@ -193,6 +259,187 @@ fn readings() -> Readings {
 fn pose() -> Result<Pose, PoseError> {
     let any = || black_box(0.0);
     Pose::new(any(), any())?.tilted(any(), any(), any())
+}
+
+/// A part of a board of which nothing is known.
+#[derive(Clone, Copy, Debug)]
+struct Opaque;
+
+/// Why it fails, if it does.
+#[derive(Clone, Copy, Debug)]
+struct Fails;
+
+impl Opaque {
+    fn or_fails<T>(self, value: T) -> Result<T, Fails> {
+        if black_box(true) {
+            Ok(value)
+        } else {
+            Err(Fails)
+        }
+    }
+}
+
+impl core::fmt::Display for Fails {
+    fn fmt(&self, _: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        Ok(())
+    }
+}
+
+impl core::error::Error for Fails {}
+
+impl embedded_io::Error for Fails {
+    fn kind(&self) -> embedded_io::ErrorKind {
+        embedded_io::ErrorKind::Other
+    }
+}
+
+impl nor_flash::NorFlashError for Fails {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl spi::Error for Fails {
+    fn kind(&self) -> spi::ErrorKind {
+        spi::ErrorKind::Other
+    }
+}
+
+impl i2c::Error for Fails {
+    fn kind(&self) -> i2c::ErrorKind {
+        i2c::ErrorKind::Other
+    }
+}
+
+impl embedded_io::ErrorType for Opaque {
+    type Error = Fails;
+}
+
+impl nor_flash::ErrorType for Opaque {
+    type Error = Fails;
+}
+
+impl spi::ErrorType for Opaque {
+    type Error = Fails;
+}
+
+impl i2c::ErrorType for Opaque {
+    type Error = Fails;
+}
+
+impl ReadReady for Opaque {
+    fn read_ready(&mut self) -> Result<bool, Fails> {
+        self.or_fails(black_box(false))
+    }
+}
+
+impl Read for Opaque {
+    fn read(&mut self, bytes: &mut [u8]) -> Result<usize, Fails> {
+        black_box(bytes);
+        self.or_fails(black_box(0))
+    }
+}
+
+impl Write for Opaque {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Fails> {
+        self.or_fails(black_box(bytes).len())
+    }
+
+    fn flush(&mut self) -> Result<(), Fails> {
+        self.or_fails(())
+    }
+}
+
+impl ReadNorFlash for Opaque {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Fails> {
+        black_box((offset, bytes));
+        self.or_fails(())
+    }
+
+    fn capacity(&self) -> usize {
+        black_box(0)
+    }
+}
+
+impl NorFlash for Opaque {
+    const WRITE_SIZE: usize = 32;
+    const ERASE_SIZE: usize = 128 * 1024;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Fails> {
+        black_box((from, to));
+        self.or_fails(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Fails> {
+        black_box((offset, bytes));
+        self.or_fails(())
+    }
+}
+
+impl AtlasFlash for Opaque {
+    fn mapped(&self, slot: Slot) -> Option<&[u8]> {
+        black_box(slot);
+        black_box(Some(opaque()))
+    }
+}
+
+impl SpiDevice for Opaque {
+    fn transaction(&mut self, operations: &mut [spi::Operation<'_, u8>]) -> Result<(), Fails> {
+        black_box(operations);
+        self.or_fails(())
+    }
+}
+
+impl I2c for Opaque {
+    fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [i2c::Operation<'_>],
+    ) -> Result<(), Fails> {
+        black_box((address, operations));
+        self.or_fails(())
+    }
+}
+
+impl DelayNs for Opaque {
+    fn delay_ns(&mut self, ns: u32) {
+        black_box(ns);
+    }
+}
+
+impl PixelPort for Opaque {
+    fn start(&mut self) -> Result<(), PortError> {
+        black_box(Ok(()))
+    }
+
+    fn frame(&mut self) -> Result<Option<&[u8]>, PortError> {
+        black_box(Ok(Some(opaque())))
+    }
+
+    fn stop(&mut self) {}
+}
+
+impl System for Opaque {
+    fn now_us(&self) -> u64 {
+        black_box(0)
+    }
+
+    fn feed(&mut self) {}
+
+    fn rest(&mut self) {}
+
+    fn show(&mut self, lamp: Lamp) {
+        black_box(lamp);
+    }
+
+    fn restart(&mut self) {}
+
+    fn provoke(&mut self, what: Provocation) -> Result<(), Refused> {
+        black_box(what);
+        black_box(Err(Refused))
+    }
 }
 
 /// Bytes of which nothing is known.

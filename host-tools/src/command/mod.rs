@@ -1,13 +1,17 @@
 //! One file per command: what the user typed → a resolved plan → a call of the library → print.
 
+mod board;
 mod choices;
 mod compare;
+mod convert;
 mod demo;
 mod evaluate;
 mod experiment;
+mod flash;
 mod inspect;
 mod localize;
 mod merge;
+mod monitor;
 mod poses;
 mod route;
 mod segment;
@@ -58,6 +62,9 @@ enum Command {
     Inspect(inspect::Cmd),
     Route(route::Cmd),
     Simulate(simulate::Cmd),
+    Convert(convert::Cmd),
+    Flash(flash::Cmd),
+    Monitor(monitor::Cmd),
 }
 
 /// Parses the command line and runs it.
@@ -81,6 +88,9 @@ pub fn run() -> ExitCode {
         Command::Inspect(cmd) => cmd.run(),
         Command::Route(cmd) => cmd.run(),
         Command::Simulate(cmd) => cmd.run(),
+        Command::Convert(cmd) => cmd.run(),
+        Command::Flash(cmd) => cmd.run(),
+        Command::Monitor(cmd) => cmd.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -134,11 +134,17 @@ impl<'a> Recorded<'a> {
         let place = goal.and_then(|goal| atlas.topology().nearest(goal));
         let goals: Vec<u16> = place.into_iter().collect();
         let mut pilot = Onboard::new(atlas.clone(), &goals, header.field_of_view_rad)?;
+        let steps = self.recording.replay(&mut pilot)?;
+        if !steps.is_empty() && steps.iter().all(|step| step.truth.is_none()) {
+            eprintln!(
+                "{directory}: where the vehicle really was is not on record, so errors cannot be measured"
+            );
+        }
         Ok(Flown {
             end: header.end,
             goal,
             what: format!("recorded in {directory}"),
-            steps: self.recording.replay(&mut pilot)?,
+            steps,
         })
     }
 }
@@ -302,10 +308,10 @@ fn draw(
     let title = format!("{}, {}", world.map.title(), flight.what);
     let side_px = f64::from(atlas.header().footprint_px);
     let caption = format!(
-        "{:.0} m in {:.0} s, median error {:.1} map pixels of a view's {side_px}",
-        of.distance_m,
+        "{} m in {:.0} s, median error {} map pixels of a view's {side_px}",
+        known(of.distance_m, 0),
         of.duration_s,
-        of.median_error_px.unwrap_or(0.0)
+        known(of.median_error_px, 1)
     );
     let picture = FlightPicture {
         map: world.map,
@@ -324,7 +330,7 @@ fn draw(
 }
 
 fn print(out: &mut impl Write, each: &[Statistics], totals: &Totals) -> anyhow::Result<()> {
-    let number = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.1}"));
+    let number = |value: Option<f64>| known(value, 1);
     writeln!(
         out,
         "flight  end           way (m)   time (s)  error (px)  drift (%)  confident (%)  wrong (%)  recovery (frames)"
@@ -333,13 +339,13 @@ fn print(out: &mut impl Write, each: &[Statistics], totals: &Totals) -> anyhow::
         let end = flight.end.map_or("–".to_owned(), |end| format!("{end:?}"));
         writeln!(
             out,
-            "{index:>6}  {end:<10} {:>10.0} {:>10.0} {:>11} {:>10} {:>14.1} {:>10.2} {:>18}",
-            flight.distance_m,
+            "{index:>6}  {end:<10} {:>10} {:>10.0} {:>11} {:>10} {:>14.1} {:>10} {:>18}",
+            known(flight.distance_m, 0),
             flight.duration_s,
             number(flight.median_error_px),
             number(flight.drift_percent),
             flight.confident_percent,
-            flight.confident_wrong_percent,
+            known(flight.confident_wrong_percent, 2),
             flight
                 .recovery_frames
                 .map_or("–".to_owned(), |frames| frames.to_string()),
@@ -347,17 +353,22 @@ fn print(out: &mut impl Write, each: &[Statistics], totals: &Totals) -> anyhow::
     }
     writeln!(
         out,
-        "{} of {} flights arrived; median error {} map pixels, drift {} %, {:.2} % of confident estimates wrong, recovery {} frames",
+        "{} of {} flights arrived; median error {} map pixels, drift {} %, {} % of confident estimates wrong, recovery {} frames",
         totals.arrived,
         totals.flights,
         number(totals.median_error_px),
         number(totals.drift_percent),
-        totals.confident_wrong_percent,
+        known(totals.confident_wrong_percent, 2),
         totals
             .recovery_frames_median
             .map_or("–".to_owned(), |frames| frames.to_string()),
     )?;
     Ok(())
+}
+
+/// A number with so many digits after the point, or a dash.
+fn known(value: Option<f64>, digits: usize) -> String {
+    value.map_or("–".to_owned(), |value| format!("{value:.digits$}"))
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -7,5 +7,5 @@ mod progress;
 
 pub use files::{OutputError, check_directory, check_target, create_dir, write_file};
 pub use npy::write_npy;
-pub use picture::{fitted, jpeg_uri, png_uri};
+pub use picture::{fitted, jpeg, jpeg_uri, png, png_uri};
 pub use progress::{Bar, Progress};

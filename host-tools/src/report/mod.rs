@@ -11,3 +11,4 @@ pub use experiment::experiment_report;
 pub use explorer::Explorer;
 use map_picture::map_picture;
 pub use page::Page;
+pub(crate) use page::STYLE;

@@ -68,7 +68,8 @@ pub fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-const STYLE: &str = "
+/// The style of all pages.
+pub(crate) const STYLE: &str = "
 :root{color-scheme:light dark;--ink:#1c2733;--dim:#5b6876;--line:#d5dbe1;--paper:#fbfaf7;--card:#fff;--mark:#d1495b;--path:#2e6f9e}
 @media(prefers-color-scheme:dark){:root{--ink:#e4e8ec;--dim:#9aa7b4;--line:#35404b;--paper:#14191f;--card:#1b222a;--mark:#ff7b8a;--path:#73b7e6}}
 *{box-sizing:border-box}

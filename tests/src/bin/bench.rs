@@ -192,7 +192,7 @@ fn candidates(map: &str, settings: &Settings, every: usize, out: &Path) -> Resul
 fn tracks(map: &Map, view_px: u32, frames: u32, out: &Path) -> Result<()> {
     let camera = Camera::square_of(view_px.into());
     let (mut frame, mut random) = (camera.frame(), seeded(1, 1));
-    let mut odometry = Box::new(Odometry::new());
+    let mut odometry = Box::new(Odometry::whole());
     let (mut pixels, mut flight) = (Vec::new(), Vec::new());
     for number in 0..frames {
         let at = f64::from(number);

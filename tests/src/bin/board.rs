@@ -1,18 +1,30 @@
 //! Runs a firmware binary on the emulated board: cargo's runner for the target.
 //!
+//! With `EIGENMARK_CHIP` set (`STM32F405RGTx`, `STM32H743VITx`) it is run on hardware instead, through `probe-rs`.
+//!
 //! `board FIRMWARE [--atlas FILE [--atlas FILE]]`: plain output goes to stdout, logs to stderr. Without `--atlas`, the
 //! first slot holds the report's table of all 83 views of the built-in city; `cycles` then runs once for every set of
 //! tables that it measures.
 
-use std::{env, path::PathBuf, process::ExitCode};
+use std::{
+    env,
+    ffi::OsStr,
+    path::{Path, PathBuf},
+    process::{Command, ExitCode},
+};
 
 use anyhow::{Context, Result, bail, ensure};
-use eigenmark::{atlas::AtlasBuffer, map::Map, output::Progress};
+use eigenmark::{atlas::AtlasBuffer, map::Map, output::Progress, simulate::CameraFrame};
 use eigenmark_core::link::{Reply, Request};
 use eigenmark_tests::{
     board::{Board, Log},
     tables,
 };
+
+/// Names the chip of a board at a probe, as probe-rs calls it: firmware is then run there.
+const CHIP: &str = "EIGENMARK_CHIP";
+
+const PROBE_RS: &str = "probe-rs";
 
 fn main() -> Result<ExitCode> {
     let mut arguments = env::args_os().skip(1);
@@ -21,6 +33,9 @@ fn main() -> Result<ExitCode> {
             .next()
             .context("usage: board FIRMWARE [--atlas FILE]…")?,
     );
+    if let Some(chip) = env::var_os(CHIP) {
+        return run_on_hardware(&firmware, &chip);
+    }
     let mut atlases = Vec::new();
     while let Some(argument) = arguments.next() {
         match argument.to_str() {
@@ -43,11 +58,10 @@ fn main() -> Result<ExitCode> {
             "a board has two slots, {} atlases are given",
             atlases.len()
         );
-        let board = atlases
-            .iter()
-            .fold(Board::flashed(&firmware), |board, atlas| {
-                board.with_atlas(atlas)
-            });
+        let board = Board::flashed(&firmware)?;
+        for (slot, atlas) in atlases.iter().enumerate() {
+            board.flash_atlas(slot, atlas)?;
+        }
         if is("navigator") {
             return show_fixes(&board);
         }
@@ -59,7 +73,19 @@ fn main() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The navigator serves the link for ever: show it some frames of the built-in city and what it answers.
+/// Writes the firmware to a chip through a probe, and shows its log.
+fn run_on_hardware(firmware: &Path, chip: &OsStr) -> Result<ExitCode> {
+    let status = Command::new(PROBE_RS)
+        .args(["run", "--chip"])
+        .arg(chip)
+        .arg(firmware)
+        .status()
+        .with_context(|| format!("{PROBE_RS} (cargo install probe-rs-tools --locked)"))?;
+    let code = status.code().and_then(|code| u8::try_from(code).ok());
+    Ok(ExitCode::from(code.unwrap_or(1)))
+}
+
+/// The navigator flies for ever: show it some frames of the built-in city and what it answers.
 fn show_fixes(board: &Board) -> Result<ExitCode> {
     let mut running = board.start(print)?;
     let identity = running.ask(&Request::Identify)?;
@@ -67,14 +93,14 @@ fn show_fixes(board: &Board) -> Result<ExitCode> {
     let city = Map::city();
     for sequence in 0..5 {
         let (x, y) = (100 + sequence * 300, 500);
-        let window = image::imageops::crop_imm(city.luminance(), x, y, 200, 200).to_image();
-        let request = Request::Locate {
-            sequence,
-            width: 200,
-            height: 200,
-            pixels: window.as_raw(),
+        let (left, top) = (x + 40, y + 40);
+        let window = image::imageops::crop_imm(city.luminance(), left, top, 120, 120).to_image();
+        let frame = CameraFrame {
+            pixels: window.into_raw(),
+            width: 120,
+            height: 120,
         };
-        match running.ask(&request)? {
+        match running.locate(sequence, &frame)? {
             Reply::Fix { fix: Some(fix), .. } => {
                 println!("frame around ({}, {}): {fix:?}", x + 100, y + 100);
             }

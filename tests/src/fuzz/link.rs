@@ -3,12 +3,10 @@
 use std::cell::RefCell;
 
 use eigenmark_core::{
-    atlas::{Atlas, Blur, Contents, Header, Likelihood, Limits, Training, emit},
-    eigenspace::{MeanRow, Normalize, Row, weight_index},
-    landmark::{Lattice, Metric, Point, Record, Survey, Width},
-    link::{Identity, MAX_REPLY_LEN, Receiver, Reply, Request, Responder, encode},
-    localizer::Localizer,
+    atlas::{Atlas, sample},
+    link::{Cause, MAX_REPLY_LEN, PART_LEN, Receiver, Reply, Request, encode},
 };
+use eigenmark_firmware::simulated::Simulation;
 use serde::{Serialize, Serializer, ser::SerializeTuple};
 
 use super::input::Input;
@@ -21,20 +19,19 @@ const MAX_PACKET_LEN: usize = 2048;
 
 /// The board's side, which lives through all inputs: what was sent before must not matter.
 struct Board {
-    responder: Responder,
-    localizer: Localizer<'static>,
+    simulation: Simulation,
     small: Receiver<SMALL>,
 }
 
 thread_local! {
-    static BOARD: RefCell<Box<Board>> = RefCell::new(Box::new(Board::new()));
+    static BOARD: RefCell<Board> = RefCell::new(Board::new());
 }
 
 /// A message that is these bytes.
 struct Raw<'a>(&'a [u8]);
 
-/// Sends a responder what the input describes: bytes as they are, intact packets of arbitrary messages, frames. Every
-/// reply decodes, and after all of it the responder still says who it is.
+/// Sends a board what the input describes: bytes as they are, intact packets of arbitrary messages, frames, to its host's
+/// wire, and bytes to that of its autopilot. Every reply decodes, and after all of it the board still says who it is.
 ///
 /// # Panics
 /// When a promise is broken.
@@ -43,61 +40,100 @@ pub fn link(input: &[u8]) {
 }
 
 fn talk(board: &mut Board, mut input: Input<'_>) {
-    let identity = Reply::Identity(Identity::of(board.localizer.atlas()));
-    let mut last = None;
-    let mut send = |bytes: &[u8]| {
-        for &byte in bytes {
-            let _: Option<Result<Request<'_>, _>> = board.small.push(byte);
-            if let Some((reply, packet)) = board.responder.push(byte, &mut board.localizer) {
-                assert_eq!(decoded(packet), reply);
-                last = Some(reply);
-            }
-        }
-    };
-    send(&[0]);
     while !input.is_empty() {
         let (kind, len) = (input.byte(), usize::from(input.byte()));
-        match kind % 4 {
-            0 => send(input.bytes(len)),
-            1 => send(&packet_of(&Raw(input.bytes(len)))),
-            2 => send(&packet_of(&frame(&mut input, &mut Vec::new()))),
-            _ => {
+        let sent = match kind % 5 {
+            0 => board.send(input.bytes(len)),
+            1 => board.send(&packet_of(&Raw(input.bytes(len)))),
+            2 => frame(&mut input, board),
+            3 => {
                 // Damaged on the way.
                 let mut packet = packet_of(&Raw(input.bytes(len)));
                 let at = usize::from(input.byte()) % packet.len();
                 packet[at] ^= input.byte();
-                send(&packet);
+                board.send(&packet)
             }
+            _ => {
+                let bytes = input.bytes(len);
+                let wire = &board.simulation.autopilot;
+                wire.with(|wire| {
+                    wire.from_board.clear();
+                    wire.to_board.extend(bytes);
+                });
+                board.send(&[])
+            }
+        };
+        check(&sent);
+    }
+    // What is left of a packet ends, a storm passes, a slot is erased.
+    board.send(&[0]);
+    board
+        .simulation
+        .clock
+        .with(|clock| clock.now_us += 1_100_000);
+    board.simulation.run(10);
+    let replies = board.simulation.ask(&Request::Identify);
+    assert!(
+        replies
+            .iter()
+            .any(|reply| matches!(reply, Reply::Identity(_))),
+        "{replies:?}"
+    );
+}
+
+/// Everything that a board says are whole packets.
+fn check(sent: &[u8]) {
+    let mut receiver = Receiver::<MAX_REPLY_LEN>::new();
+    for &byte in sent {
+        if let Some(reply) = receiver.push::<Reply>(byte) {
+            reply.expect("an intact reply");
         }
     }
-    send(&[0]);
-    send(&packet_of(&Request::Identify));
-    assert_eq!(last, Some(identity));
 }
 
 impl Board {
+    /// Sends bytes to the host's wire, and gives what comes back.
+    fn send(&mut self, bytes: &[u8]) -> Vec<u8> {
+        for &byte in bytes {
+            let _: Option<Result<Request<'_>, _>> = self.small.push(byte);
+        }
+        self.simulation
+            .host
+            .with(|wire| wire.to_board.extend(bytes));
+        self.simulation.run(1);
+        self.simulation.sent()
+    }
+
     fn new() -> Self {
+        let words = sample::row();
+        let atlas = Atlas::parse(bytemuck::cast_slice(&words)).expect("valid");
+        let bytes = bytemuck::cast_slice(&words);
+        let mut flash = Simulation::flash();
+        flash.put(0, &bytes[..atlas.total_len() as usize]);
         Self {
-            responder: Responder::new(),
-            localizer: Localizer::new(atlas(Box::leak(Box::new([0; 64])))),
+            simulation: Simulation::start(flash, Cause::PowerOn),
             small: Receiver::new(),
         }
     }
 }
 
-/// A request whose sides and pixels fit or nearly fit each other.
-fn frame<'p>(input: &mut Input<'_>, pixels: &'p mut Vec<u8>) -> Request<'p> {
+/// A frame whose sides and parts fit or nearly fit each other.
+fn frame(input: &mut Input<'_>, board: &mut Board) -> Vec<u8> {
     let sequence = u32::from_le_bytes(input.array());
     let (width, height) = (input.byte() % 40, input.byte() % 40);
     let missing = usize::from(input.byte() % 2);
     let len = usize::from(width) * usize::from(height);
-    *pixels = input.repeated(len.saturating_sub(missing));
-    Request::Locate {
+    let pixels = input.repeated(len.saturating_sub(missing));
+    let (width, height) = (width.into(), height.into());
+    let mut sent = board.send(&packet_of(&Request::Frame {
         sequence,
-        width: width.into(),
-        height: height.into(),
-        pixels,
+        width,
+        height,
+    }));
+    for (bytes, offset) in pixels.chunks(PART_LEN).zip((0..).step_by(PART_LEN)) {
+        sent.extend(board.send(&packet_of(&Request::Pixels { offset, bytes })));
     }
+    sent
 }
 
 fn packet_of(message: &impl Serialize) -> Vec<u8> {
@@ -105,18 +141,6 @@ fn packet_of(message: &impl Serialize) -> Vec<u8> {
     encode(message, &mut scratch, &mut packet)
         .expect("fits")
         .to_vec()
-}
-
-fn decoded(packet: &[u8]) -> Reply {
-    let mut receiver = Receiver::<MAX_REPLY_LEN>::new();
-    let (end, bytes) = packet.split_last().expect("not empty");
-    for &byte in bytes {
-        assert_eq!(receiver.push::<Reply>(byte), None);
-    }
-    receiver
-        .push(*end)
-        .expect("a packet")
-        .expect("an intact reply")
 }
 
 impl Serialize for Raw<'_> {
@@ -128,74 +152,4 @@ impl Serialize for Raw<'_> {
         }
         tuple.end()
     }
-}
-
-/// Two landmarks of one dimension, for views of 2×2 pixels.
-fn atlas(words: &mut [u64; 64]) -> Atlas<'_> {
-    let grid = Lattice {
-        origin: Point {
-            x_px: 100.0,
-            y_px: 100.0,
-        },
-        stride_px: 200.0,
-        columns: 2,
-        rows: 1,
-    };
-    let header = Header {
-        view_side: 2,
-        dimensions: 1,
-        landmarks: 2,
-        width: Width::I16,
-        thumbnail_side: 0,
-        normalize: Normalize::None,
-        metric: Metric::Nssd,
-        step: 0.5,
-        error: 1.5,
-        limits: Limits {
-            distance: 0.25,
-            from_feature_space: 1024.0,
-        },
-        mean: MeanRow {
-            base: 128.0,
-            scale: 1.0,
-            energy: 65536.0,
-        },
-        footprint_px: 200.0,
-        map_px: (400, 200),
-        survey: Survey::nominal([grid].into_iter().collect()),
-        likelihood: Likelihood {
-            sharpness: 8.0,
-            ceiling: 0.5,
-        },
-        places: 0,
-        legs: 0,
-        training: Training {
-            scale: 100.0,
-            blur: Blur::Gauss1,
-            highpass: 0.0,
-            whiten: 0.0,
-            covered_variance: 1.0,
-            map_crc: 0,
-        },
-    };
-    let mut weights = [0; 20];
-    for (pixel, weight) in [1000, -2000, 3000, -4000].into_iter().enumerate() {
-        weights[weight_index(2, 0, pixel)] = weight;
-    }
-    let contents = Contents {
-        header: &header,
-        weights: &weights,
-        rows: &[Row {
-            scale: 0.001,
-            offset: -256.0,
-            spread: 0.5,
-        }],
-        mean_weights: &[1, 2, -3, 0],
-        coefficients: &[300, -200],
-        records: &[2, 1].map(|view| Record { view, radius: 0.1 }),
-        thumbnails: &[],
-        places: &[],
-        legs: &[],
-    };
-    emit(&contents, bytemuck::cast_slice_mut(words)).expect("valid")
 }

@@ -1,6 +1,6 @@
 //! The firmware on the emulated board: the same bits as on the host, over the real link, from the real flash region.
 
-use std::{collections::BTreeMap, fs};
+use std::{collections::BTreeMap, fs, sync::mpsc};
 
 use eigenmark::{
     atlas::AtlasBuffer,
@@ -18,13 +18,13 @@ use eigenmark_core::{
     explore,
     frame::FrameError,
     landmark::{Metric, Width},
-    link::{Damage, Identity, MAX_REQUEST_LEN, Rejection, Reply, Request},
+    link::{AtlasIdentity, Damage, MAX_REQUEST_LEN, Rejection, Reply, Request},
     localizer::{DIGEST_LEN, Fix, Localizer, digest},
     navigator::{self, BOARD_PLACES, BOARD_STATES, Memory},
     track::{self, Odometry},
 };
 use eigenmark_tests::{
-    board::{self, Board, Log},
+    board::{self, Board, Log, Running},
     maps::{self, TestMap},
     tables,
 };
@@ -37,8 +37,8 @@ const CITY_FRAMES: usize = 20;
 /// Sides of the random windows that are compared: whole and fractional ratios, wide and tall.
 const SIDES: [(u16, u16); 6] = [(97, 61), (64, 64), (32, 45), (80, 60), (33, 50), (64, 48)];
 
-/// The largest frame that the link takes, compared once per map: it takes long.
-const LARGEST: (u16, u16) = (320, 240);
+/// The largest frame that the board has room for, compared once per map: it takes long.
+const LARGEST: (u16, u16) = (160, 120);
 
 /// Every so many frames one is a slightly deviated view of a landmark, as a camera of 160×120 pixels sees it.
 const RENDERED_EVERY: usize = 5;
@@ -46,17 +46,18 @@ const RENDERED_EVERY: usize = 5;
 /// Instruction counts and sizes may rise by this share before the record must be renewed.
 const MAX_RISE: f64 = 0.02;
 
-/// Budgets: RAM of the localizer without frames and of the odometry, stack of each, flash of the navigator without an atlas,
-/// and the report's atlas.
+/// Budgets: RAM of the localizer without frames and of the odometry, stack of each, flash of the navigator without an atlas
+/// (the project's is 96 KiB, of a firmware that only localizes; the README says why all that flies needs more), and the
+/// report's atlas.
 const MAX_LOCALIZER_BYTES: u64 = 4 * 1024;
 const MAX_STACK_BYTES: u64 = 8 * 1024;
 const MAX_ODOMETRY_BYTES: u64 = 68 * 1024;
-const MAX_FIRMWARE_BYTES: u64 = 96 * 1024;
+const MAX_FIRMWARE_BYTES: u64 = 176 * 1024;
 const MAX_ATLAS_BYTES: u64 = 16 * 1024;
 
-/// What a flight needs: the navigator's memory and a frame of 160×120, where `memory.x` has statics; those of the board
-/// take less than 128 bytes besides. And its stack, with the localizer on it.
-const MAX_NAVIGATOR_BYTES: u64 = 116 * 1024 - 160 * 120 - 128;
+/// What a flight needs where `memory.x` has statics: the navigator's memory, a frame of 160×120, and 8 KiB for links. And
+/// its stack, with the localizer on it.
+const MAX_NAVIGATOR_BYTES: u64 = 108 * 1024 - 160 * 120 - 8 * 1024;
 const MAX_NAVIGATOR_STACK_BYTES: u64 = 10 * 1024;
 
 /// A whole step of the navigator within a frame of thirty per second, at 168 MHz.
@@ -71,23 +72,6 @@ fn trained(map: &TestMap, selection: Selection) -> (Map, AtlasBuffer) {
     };
     let trained = train(&opened, &settings, false, &Progress::Hidden).expect("trains");
     (opened, trained.atlas)
-}
-
-/// False, and said, when the emulator is missing and may be.
-fn has_emulator() -> bool {
-    let is_there = board::has_emulator();
-    if !is_there {
-        let absent = format!(
-            "{} is missing; tests/run says how to install it",
-            board::QEMU
-        );
-        assert!(
-            std::env::var_os("EIGENMARK_REQUIRE_EMULATOR").is_none(),
-            "{absent}"
-        );
-        println!("skipped: {absent}");
-    }
-    is_there
 }
 
 fn run(board: &Board) -> (i32, Vec<Log>) {
@@ -162,7 +146,7 @@ fn parity_settings(map: &TestMap) -> Settings {
 
 #[test]
 fn frames_of_the_maps_give_the_same_bits_on_host_and_target() {
-    if !has_emulator() {
+    if !board::is_there() {
         return;
     }
     let firmware = board::firmware("navigator").expect("builds");
@@ -178,12 +162,9 @@ fn frames_of_the_maps_give_the_same_bits_on_host_and_target() {
         let atlas = train(&opened, &parity_settings(map), false, &Progress::Hidden)
             .expect("trains")
             .atlas;
-        let mut running = Board::flashed(&firmware)
-            .with_atlas(&atlas)
-            .start(|_| ())
-            .expect("starts");
-        let identity = running.ask(&Request::Identify).expect("answers");
-        assert_eq!(identity, Reply::Identity(Identity::of(&atlas.atlas())));
+        let board = Board::with_atlas(&firmware, &atlas).expect("fits");
+        let mut running = board.start(|_| ()).expect("starts");
+        assert_eq!(flown(&mut running), Some(AtlasIdentity::of(&atlas.atlas())));
 
         let mut localizer = Localizer::new(atlas.atlas());
         let mut random = seeded(7, 0);
@@ -206,15 +187,7 @@ fn frames_of_the_maps_give_the_same_bits_on_host_and_target() {
             };
             let on_host: Option<Fix> = localizer.locate(&frame.as_frame());
             let sequence = index as u32;
-            let (width, height, pixels) = (frame.width, frame.height, &*frame.pixels);
-            let reply = running
-                .ask(&Request::Locate {
-                    sequence,
-                    width,
-                    height,
-                    pixels,
-                })
-                .expect("answers");
+            let reply = running.locate(sequence, &frame).expect("answers");
             let Reply::Fix {
                 sequence: answered,
                 fix: on_target,
@@ -301,15 +274,13 @@ fn bits(fix: Option<Fix>) -> Option<[u32; 14]> {
 
 #[test]
 fn the_link_survives_what_is_damaged() {
-    if !has_emulator() {
+    if !board::is_there() {
         return;
     }
     let firmware = board::firmware("navigator").expect("builds");
     let (opened, atlas) = trained(&TestMap::city(), Selection::profile(8));
-    let mut running = Board::flashed(&firmware)
-        .with_atlas(&atlas)
-        .start(|_| ())
-        .expect("starts");
+    let board = Board::with_atlas(&firmware, &atlas).expect("fits");
+    let mut running = board.start(|_| ()).expect("starts");
     let rejected = |reason| Reply::Rejected {
         sequence: None,
         reason: Rejection::Damaged(reason),
@@ -327,33 +298,35 @@ fn the_link_survives_what_is_damaged() {
     running.send(&overlong).expect("sends");
     assert_eq!(running.reply().expect("answers"), rejected(Damage::TooLong));
 
-    let tiny = Request::Locate {
-        sequence: 3,
+    let tiny = CameraFrame {
+        pixels: vec![0],
         width: 1,
         height: 1,
-        pixels: &[0],
     };
     let reason = Rejection::Frame(FrameError::Size {
         width: 1,
         height: 1,
     });
     assert_eq!(
-        running.ask(&tiny).expect("answers"),
+        running.locate(3, &tiny).expect("answers"),
         Reply::Rejected {
             sequence: Some(3),
             reason
         }
     );
+    // What came of it without a frame.
+    let gap = Rejection::Gap { expected: 0 };
+    assert_eq!(
+        running.reply().expect("answers"),
+        Reply::Rejected {
+            sequence: None,
+            reason: gap
+        }
+    );
 
-    let pixels = random_frame(&opened, (160, 120), &mut seeded(1, 1)).pixels;
-    let request = Request::Locate {
-        sequence: 4,
-        width: 160,
-        height: 120,
-        pixels: &pixels,
-    };
+    let frame = random_frame(&opened, (160, 120), &mut seeded(1, 1));
     assert!(matches!(
-        running.ask(&request).expect("answers"),
+        running.locate(4, &frame).expect("answers"),
         Reply::Fix {
             sequence: 4,
             fix: Some(_)
@@ -361,18 +334,26 @@ fn the_link_survives_what_is_damaged() {
     ));
 }
 
+/// What the board flies by.
+fn flown(running: &mut Running) -> Option<AtlasIdentity> {
+    match running.ask(&Request::Identify).expect("answers") {
+        Reply::Identity(identity) => identity.atlas,
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn the_selftest_passes_and_its_digest_is_the_hosts() {
-    if !has_emulator() {
+    if !board::is_there() {
         return;
     }
     let firmware = board::firmware("selftest").expect("builds");
     let mut pixels = Box::new([0; DIGEST_LEN]);
-    let track = track::digest(&mut Box::new(Odometry::new()), &mut *pixels);
+    let track = track::digest(&mut Box::new(Odometry::whole()), &mut *pixels);
     for map in maps::all() {
         let (_, atlas) = trained(&map, Selection::All);
         let atlas = tables::with_way(&atlas);
-        let (code, logs) = run(&Board::flashed(&firmware).with_atlas(&atlas));
+        let (code, logs) = run(&Board::with_atlas(&firmware, &atlas).expect("fits"));
         assert_eq!(code, 0, "{logs:?}");
         let result = printed(&logs);
         assert_eq!(
@@ -392,45 +373,50 @@ fn the_selftest_passes_and_its_digest_is_the_hosts() {
 }
 
 #[test]
-fn a_damaged_slot_is_skipped_and_two_are_an_error() {
-    if !has_emulator() {
+fn a_damaged_slot_is_skipped_and_without_an_atlas_the_link_still_works() {
+    if !board::is_there() {
         return;
     }
     let firmware = board::firmware("navigator").expect("builds");
-    let (code, logs) = run(&Board::flashed(&firmware));
-    assert_eq!(code, 1);
+    let board = Board::flashed(&firmware).expect("firmware");
+    let (sender, logs) = mpsc::channel();
+    let mut running = board
+        .start(move |log: Log| drop(sender.send(log.text)))
+        .expect("starts");
+    assert_eq!(flown(&mut running), None);
+    running.cut();
+    let logs: Vec<String> = logs.iter().collect();
     assert!(
-        logs.iter()
-            .any(|log| log.text == "no slot holds a valid atlas"),
+        logs.iter().any(|log| log == "no slot holds a valid atlas"),
         "{logs:?}"
-    );
-    assert!(
-        logs.iter().any(|log| log.text.contains("Magic")),
-        "the reason is logged: {logs:?}"
     );
 
     let (_, atlas) = trained(&TestMap::city(), Selection::profile(8));
-    let mut running = Board::flashed(&firmware)
-        .with_atlas_in_second_slot(&atlas)
-        .start(|_| ())
-        .expect("starts");
-    let identity = running.ask(&Request::Identify).expect("answers");
-    assert_eq!(identity, Reply::Identity(Identity::of(&atlas.atlas())));
+    board.flash_atlas(0, &atlas).expect("fits");
+    board.flash_atlas(1, &atlas).expect("fits");
+    board
+        .change_flash(|flash| flash[200] ^= 1)
+        .expect("writable");
+    let mut running = board.start(|_| ()).expect("starts");
+    assert_eq!(flown(&mut running), Some(AtlasIdentity::of(&atlas.atlas())));
+    let Reply::Slots([a, b]) = running.ask(&Request::Slots).expect("answers") else {
+        panic!("no slots")
+    };
+    assert!(a.atlas.is_err() && b.is_flown);
 }
 
 #[test]
 fn instruction_counts_do_not_rise_above_their_record() {
-    if !has_emulator() {
+    if !board::is_there() {
         return;
     }
     let firmware = board::firmware("cycles").expect("builds");
     let mut lines: Vec<String> = Vec::new();
     for atlases in tables::of_cycles(&Progress::Hidden).expect("trains") {
-        let board = atlases
-            .iter()
-            .fold(Board::flashed(&firmware), |board, atlas| {
-                board.with_atlas(atlas)
-            });
+        let board = Board::flashed(&firmware).expect("firmware");
+        for (slot, atlas) in atlases.iter().enumerate() {
+            board.flash_atlas(slot, atlas).expect("fits");
+        }
         let (code, logs) = run(&board);
         assert_eq!(code, 0, "{logs:?}");
         let printed = logs.into_iter().filter(|log| log.level.is_none());
@@ -444,7 +430,7 @@ fn instruction_counts_do_not_rise_above_their_record() {
 
 #[test]
 fn sizes_do_not_rise_above_their_record() {
-    if !has_emulator() {
+    if !board::is_there() {
         return;
     }
     let firmware = fs::read(board::firmware("navigator").expect("builds")).expect("readable");
@@ -455,7 +441,7 @@ fn sizes_do_not_rise_above_their_record() {
     // What needs the most: a dense table of 8-bit coefficients is refined, and its coefficients are split.
     let bytes = |key: &str| {
         let of = |atlas: &AtlasBuffer| {
-            let (code, logs) = run(&Board::flashed(&selftest).with_atlas(atlas));
+            let (code, logs) = run(&Board::with_atlas(&selftest, atlas).expect("fits"));
             assert_eq!(code, 0, "{logs:?}");
             printed(&logs)[key].as_u64().expect("a number of bytes")
         };

@@ -20,4 +20,5 @@ mod quantization;
 mod rankings;
 mod reliability;
 mod selections;
+mod session;
 mod tracking;

@@ -102,7 +102,7 @@ fn fly(map: &Map, of: &TestMap, conditions: Conditions, seed: u64) -> Flown {
     let [across, along] = [width, height].map(|side| side / 2.0 - 0.95 * footprint);
     let mut random = seeded(seed, 11);
     let mut frame = camera.frame();
-    let mut odometry = Box::new(Odometry::new());
+    let mut odometry = Box::new(Odometry::whole());
     let (mut turn, mut way, mut lost) = (TAU * random.random::<f64>(), 0.0, 0);
     let phases: [f64; 3] = std::array::from_fn(|_| TAU * random.random::<f64>());
     let mut scene = Scene::nominal(Point {

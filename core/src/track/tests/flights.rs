@@ -45,7 +45,7 @@ impl Wanderer {
 /// A circle of 25 sides once around: with sides of 100 m, 2.5 km.
 #[test]
 fn a_long_closed_loop_drifts_by_less_than_a_hundredth() {
-    let mut odometry = Box::new(Odometry::new());
+    let mut odometry = Box::new(Odometry::whole());
     let mut sight = Sight {
         noise: 1.0,
         ..Sight::new(120)
@@ -77,7 +77,7 @@ fn covariances_are_honest() {
         for seed in 0..flights {
             let mut wanderer = Wanderer::new(side_px, seed, speed);
             wanderer.sight.noise = noise;
-            let mut odometry = Box::new(Odometry::new());
+            let mut odometry = Box::new(Odometry::whole());
             wanderer.sight.show(&mut odometry);
             for _ in 0..100 {
                 wanderer.step();
@@ -116,7 +116,7 @@ enum Told {
 fn errors_of_the_tilt_do_not_accumulate() {
     let degree = TAU / 360.0;
     for told in [Told::Anew, Told::Lasting] {
-        let mut odometry = Box::new(Odometry::new());
+        let mut odometry = Box::new(Odometry::whole());
         let mut wanderer = Wanderer::new(96, 5, 0.02);
         let mut random = Random(99);
         wanderer.sight.show(&mut odometry);

@@ -12,7 +12,7 @@ const PLACE: f64 = 0.05 / 120.0;
 const TURN: f64 = 0.05 / 40.0;
 
 fn new() -> Box<Odometry> {
-    Box::new(Odometry::new())
+    Box::new(Odometry::whole())
 }
 
 #[track_caller]

@@ -147,7 +147,7 @@ pub fn fly_watched<E>(
             time_s: sight.time_s,
             step_s: sight.step_s,
             kidnapped: due.is_some(),
-            truth,
+            truth: Some(truth),
             readings,
             seen: frame.is_some(),
             command,

@@ -50,8 +50,8 @@ pub struct Step {
     pub step_s: f32,
     /// Whether the vehicle was carried elsewhere just before.
     pub kidnapped: bool,
-    /// Where it really was.
-    pub truth: Truth,
+    /// Where it really was, when that is known.
+    pub truth: Option<Truth>,
     /// What the instruments read.
     pub readings: Readings,
     /// Whether a frame arrived.

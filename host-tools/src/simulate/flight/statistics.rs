@@ -6,6 +6,8 @@
 //!   the length of the way; separately before and after a kidnapping.
 //! - A confident estimate is **wrong** when it is farther off than one view's side; the share is of confident estimates.
 //! - **Recovery** takes the frames from a kidnapping to the first confident estimate that is not wrong.
+//!
+//! A log of a real flight may not tell the truth: then there is nothing of all that, and of the rest what the vehicle knew.
 
 use serde::Serialize;
 
@@ -18,8 +20,8 @@ pub struct Statistics {
     pub end: Option<End>,
     /// How long it took, in seconds.
     pub duration_s: f64,
-    /// Length of the way over the ground, in meters.
-    pub distance_m: f64,
+    /// Length of the way over the ground, in meters, when the truth is known.
+    pub distance_m: Option<f64>,
     /// Frames that were due.
     pub frames: usize,
     /// Frames that arrived.
@@ -32,8 +34,8 @@ pub struct Statistics {
     pub confident_median_error_px: Option<f64>,
     /// Confident estimates, in percent of the frames.
     pub confident_percent: f64,
-    /// Wrong ones, in percent of the confident estimates.
-    pub confident_wrong_percent: f64,
+    /// Wrong ones, in percent of the confident estimates, when the truth is known.
+    pub confident_wrong_percent: Option<f64>,
     /// Drift of path integration, in percent of the distance it was there for.
     pub drift_percent: Option<f64>,
     /// Whether the vehicle was carried off.
@@ -43,6 +45,9 @@ pub struct Statistics {
     /// Errors of all estimates, in ascending order, and of the confident ones.
     #[serde(skip)]
     pub(super) errors_px: [Vec<f64>; 2],
+    /// How many estimates were confident.
+    #[serde(skip)]
+    pub(super) confident: usize,
     /// How many confident estimates were wrong.
     #[serde(skip)]
     pub(super) confident_wrong: usize,
@@ -56,16 +61,17 @@ impl Statistics {
     #[must_use]
     pub fn of(steps: &[Step], end: Option<End>, meters_per_px: f64, footprint_px: f64) -> Self {
         let error = |step: &Step, estimate: &Estimate| {
-            let [x, y] = step.truth.position_px;
-            (f64::from(estimate.position.x_px) - x).hypot(f64::from(estimate.position.y_px) - y)
+            let [x, y] = step.truth?.position_px;
+            Some(
+                (f64::from(estimate.position.x_px) - x)
+                    .hypot(f64::from(estimate.position.y_px) - y),
+            )
         };
         let all = || {
-            let estimates = steps
-                .iter()
-                .map(|step| Some((step, step.report.estimate.as_ref()?)));
-            estimates
-                .flatten()
-                .map(|(step, estimate)| (error(step, estimate), estimate.confident))
+            steps.iter().filter_map(|step| {
+                let estimate = step.report.estimate.as_ref()?;
+                Some((error(step, estimate)?, estimate.confident))
+            })
         };
         let sorted = |mut errors: Vec<f64>| {
             errors.sort_by(f64::total_cmp);
@@ -86,25 +92,31 @@ impl Statistics {
         let recovery_frames = kidnapping.and_then(|start| {
             steps[start..].iter().position(|step| {
                 let estimate = step.report.estimate.as_ref();
-                estimate.is_some_and(|it| it.confident && !wrong(error(step, it)))
+                estimate.is_some_and(|it| {
+                    it.confident && error(step, it).is_some_and(|error| !wrong(error))
+                })
             })
         });
         let drift_m = drift(steps).map(|px| px * meters_per_px);
+        let is_known = steps.iter().any(|step| step.truth.is_some());
+        let is_confident = |step: &&Step| step.report.estimate.is_some_and(|it| it.confident);
+        let confident = steps.iter().filter(is_confident).count();
         Self {
             end,
             duration_s: steps.last().map_or(0.0, |step| f64::from(step.time_s)),
-            distance_m: legs(steps).map(length).sum::<f64>() * meters_per_px,
+            distance_m: is_known.then(|| legs(steps).map(length).sum::<f64>() * meters_per_px),
             frames: steps.len(),
             frames_seen: steps.iter().filter(|step| step.seen).count(),
             median_error_px: quantile(&errors_px[0], 0.5),
             error_95_px: quantile(&errors_px[0], 0.95),
             confident_median_error_px: quantile(&errors_px[1], 0.5),
-            confident_percent: percent(errors_px[1].len(), steps.len()),
-            confident_wrong_percent: percent(confident_wrong, errors_px[1].len()),
+            confident_percent: percent(confident, steps.len()),
+            confident_wrong_percent: is_known.then(|| percent(confident_wrong, errors_px[1].len())),
             drift_percent: ratio_percent(drift_m),
             kidnapped: kidnapping.is_some(),
             recovery_frames,
             errors_px,
+            confident,
             confident_wrong,
             drift_m,
         }
@@ -116,9 +128,10 @@ fn legs(steps: &[Step]) -> impl Iterator<Item = [f64; 2]> {
     steps
         .windows(2)
         .filter(|pair| !pair[1].kidnapped)
-        .map(|pair| {
-            let [from, to] = [&pair[0], &pair[1]].map(|step| step.truth.position_px);
-            [to[0] - from[0], to[1] - from[1]]
+        .filter_map(|pair| {
+            let [from, to] = [&pair[0], &pair[1]].map(|step| step.truth);
+            let (from, to) = (from?.position_px, to?.position_px);
+            Some([to[0] - from[0], to[1] - from[1]])
         })
 }
 
@@ -139,10 +152,12 @@ fn drift(steps: &[Step]) -> [f64; 2] {
         let (Some(from), Some(to)) = (first.report.odometry, last.report.odometry) else {
             continue;
         };
+        let (Some(start), Some(end)) = (first.truth, last.truth) else {
+            continue;
+        };
         let integrated = [to.x_px - from.x_px, to.y_px - from.y_px].map(f64::from);
-        let [x, y] = [0, 1].map(|axis| {
-            integrated[axis] - (last.truth.position_px[axis] - first.truth.position_px[axis])
-        });
+        let [x, y] =
+            [0, 1].map(|axis| integrated[axis] - (end.position_px[axis] - start.position_px[axis]));
         sums[0] += x.hypot(y);
         sums[1] += legs(stretch).map(length).sum::<f64>();
     }
@@ -179,7 +194,7 @@ pub(super) mod tests {
             time_s: x / 10.0,
             step_s: 0.1,
             kidnapped: false,
-            truth: Truth::still([x.into(), 3.0]),
+            truth: Some(Truth::still([x.into(), 3.0])),
             readings: Readings::default(),
             seen: true,
             command: Command::default(),
@@ -215,17 +230,29 @@ pub(super) mod tests {
     fn a_flight_is_measured() {
         let of = kidnapped();
         assert_eq!((of.frames, of.frames_seen, of.duration_s), (6, 5, 52.0));
-        assert_eq!(of.distance_m, 10.0, "without the jump");
+        assert_eq!(of.distance_m, Some(10.0), "without the jump");
         assert_eq!(
             (of.median_error_px, of.error_95_px),
             (Some(4.0), Some(500.0))
         );
         assert_eq!(of.confident_median_error_px, Some(4.0));
         assert!((of.confident_percent - 66.667).abs() < 1e-3);
-        assert_eq!(of.confident_wrong_percent, 25.0);
+        assert_eq!(of.confident_wrong_percent, Some(25.0));
         // One pixel too far in the first ten, two too short in the second.
         assert_eq!(of.drift_percent, Some(15.0));
         assert_eq!((of.kidnapped, of.recovery_frames), (true, Some(2)));
+    }
+
+    #[test]
+    fn without_truth_there_are_no_errors() {
+        let mut steps = vec![step(0.0, 1.0, true, 0.0), step(4.0, 2.0, false, 3.0)];
+        steps.iter_mut().for_each(|step| step.truth = None);
+        steps[1].kidnapped = true;
+        let of = Statistics::of(&steps, None, 1.0, 100.0);
+        assert_eq!((of.frames, of.confident_percent), (2, 50.0));
+        assert_eq!((of.distance_m, of.confident_wrong_percent), (None, None));
+        assert_eq!((of.median_error_px, of.drift_percent), (None, None));
+        assert_eq!(of.recovery_frames, None);
     }
 
     #[test]
@@ -236,7 +263,7 @@ pub(super) mod tests {
             .for_each(|step| step.report = Report::default());
         let of = Statistics::of(&steps, None, 1.0, 100.0);
         assert_eq!((of.median_error_px, of.drift_percent), (None, None));
-        assert_eq!((of.distance_m, of.recovery_frames), (4.0, None));
+        assert_eq!((of.distance_m, of.recovery_frames), (Some(4.0), None));
         assert_eq!(Statistics::of(&[], None, 1.0, 100.0).frames, 0);
     }
 }

@@ -20,8 +20,8 @@ pub struct Totals {
     pub left_map: usize,
     /// Flights whose time was up.
     pub out_of_time: usize,
-    /// Length of all ways, in meters.
-    pub distance_m: f64,
+    /// Length of all ways that are known, in meters; `None` when none is.
+    pub distance_m: Option<f64>,
     /// Frames that were due.
     pub frames: usize,
     /// Frames that arrived.
@@ -34,8 +34,8 @@ pub struct Totals {
     pub confident_median_error_px: Option<f64>,
     /// Confident estimates, in percent of the frames.
     pub confident_percent: f64,
-    /// Wrong ones, in percent of the confident estimates.
-    pub confident_wrong_percent: f64,
+    /// Wrong ones, in percent of the confident estimates of flights whose truth is known; `None` when there are none.
+    pub confident_wrong_percent: Option<f64>,
     /// Drift of path integration, in percent: the mean over the flights, by distance.
     pub drift_percent: Option<f64>,
     /// Flights with a kidnapping.
@@ -58,6 +58,11 @@ impl Totals {
         };
         let count = |part: fn(&Statistics) -> usize| flights.iter().map(part).sum::<usize>();
         let sum = |part: fn(&Statistics) -> f64| flights.iter().map(part).sum::<f64>();
+        let ways: Vec<f64> = flights
+            .iter()
+            .filter_map(|flight| flight.distance_m)
+            .collect();
+        let is_known = !ways.is_empty();
         let [all, confident] = [0, 1].map(|kind| {
             let errors = flights.iter().flat_map(|flight| &flight.errors_px[kind]);
             let mut errors: Vec<f64> = errors.copied().collect();
@@ -77,17 +82,15 @@ impl Totals {
             mistaken: ended(End::Mistaken),
             left_map: ended(End::LeftMap),
             out_of_time: ended(End::OutOfTime),
-            distance_m: sum(|flight| flight.distance_m),
+            distance_m: is_known.then(|| ways.iter().sum()),
             frames,
             frames_seen: count(|flight| flight.frames_seen),
             median_error_px: quantile(&all, 0.5),
             error_95_px: quantile(&all, 0.95),
             confident_median_error_px: quantile(&confident, 0.5),
-            confident_percent: percent(confident.len(), frames),
-            confident_wrong_percent: percent(
-                count(|flight| flight.confident_wrong),
-                confident.len(),
-            ),
+            confident_percent: percent(count(|flight| flight.confident), frames),
+            confident_wrong_percent: is_known
+                .then(|| percent(count(|flight| flight.confident_wrong), confident.len())),
             drift_percent: ratio_percent([
                 sum(|flight| flight.drift_m[0]),
                 sum(|flight| flight.drift_m[1]),
@@ -123,7 +126,10 @@ mod tests {
             (of.median_error_px, of.drift_percent),
             (Some(4.0), Some(15.0))
         );
-        assert_eq!((of.distance_m, of.confident_wrong_percent), (30.0, 25.0));
+        assert_eq!(
+            (of.distance_m, of.confident_wrong_percent),
+            (Some(30.0), Some(25.0))
+        );
         assert_eq!(
             Totals::of(&[kidnapped(), lost]).recovery_frames_median,
             None

@@ -152,19 +152,24 @@ impl FlightPicture<'_> {
     fn signs(&self, ways: &Ways) -> Vec<Sign> {
         let has = |trust: Trust| ways.belief.iter().any(|(found, _)| *found == trust);
         let all = [
-            (true, Sign::Truth),
+            (self.start().is_some() || self.steps.is_empty(), Sign::Truth),
             (has(Trust::Confident), Sign::Belief),
             (has(Trust::Unsure), Sign::Unsure),
             (has(Trust::Wrong), Sign::Wrong),
             (!ways.odometry.is_empty(), Sign::Odometry),
             (!self.places.is_empty(), Sign::Places),
-            (!self.steps.is_empty(), Sign::Start),
+            (self.start().is_some(), Sign::Start),
             (self.goal.is_some(), Sign::Goal),
             (!ways.jumps.is_empty(), Sign::Kidnapping),
         ];
         all.into_iter()
             .filter_map(|(is_there, sign)| is_there.then_some(sign))
             .collect()
+    }
+
+    /// Where it began, if that is known.
+    fn start(&self) -> Option<Point> {
+        Some(self.steps.first()?.truth?.place())
     }
 
     fn draw_places(&self, canvas: &mut Canvas, scale: f32) {
@@ -188,8 +193,8 @@ impl FlightPicture<'_> {
         for &[from, to] in &ways.jumps {
             legend::arrow(canvas, from, to);
         }
-        if let Some(first) = self.steps.first() {
-            let at = scaled(first.truth.place(), scale);
+        if let Some(first) = self.start() {
+            let at = scaled(first, scale);
             legend::start(canvas, at);
             label(canvas, at, "start");
         }

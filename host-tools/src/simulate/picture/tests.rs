@@ -10,7 +10,7 @@ fn step(at: [f32; 2], believed: [f32; 2], confident: bool) -> Step {
         time_s: 0.0,
         step_s: 0.1,
         kidnapped: false,
-        truth: Truth::still(at.map(f64::from)),
+        truth: Some(Truth::still(at.map(f64::from))),
         readings: Readings::default(),
         seen: true,
         command: Command::default(),

@@ -10,7 +10,7 @@ use crate::simulate::Step;
 pub(super) enum Trust {
     Confident,
     Unsure,
-    /// Confident, and farther off than a view's side.
+    /// Confident, and farther off than a view's side; without truth nothing is.
     Wrong,
 }
 
@@ -25,7 +25,7 @@ pub(super) struct Ways {
 
 impl Ways {
     pub(super) fn of(steps: &[Step], footprint_px: f64, scale: f32) -> Self {
-        let place = |step: &Step| Some(step.truth.place());
+        let place = |step: &Step| step.truth.map(|truth| truth.place());
         let odometry = |step: &Step| step.report.odometry;
         // Odometry goes on where the vehicle is carried off, and gaps are none of its way.
         let is_jump = |before: &Step, now: &Step| {
@@ -42,7 +42,8 @@ impl Ways {
             odometry: lines(steps, odometry, is_jump, scale),
             belief: belief(steps, footprint_px, scale),
             jumps: jumps
-                .map(|pair| [&pair[0], &pair[1]].map(|step| scaled(step.truth.place(), scale)))
+                .filter_map(|pair| Some([place(&pair[0])?, place(&pair[1])?]))
+                .map(|pair| pair.map(|at| scaled(at, scale)))
                 .collect(),
         }
     }
@@ -80,8 +81,11 @@ fn belief(steps: &[Step], footprint_px: f64, scale: f32) -> Vec<(Trust, Line)> {
         };
         let at = estimate.position;
         let distance = |x: f64, y: f64| (f64::from(at.x_px) - x).hypot(f64::from(at.y_px) - y);
-        let [x, y] = step.truth.position_px;
-        let trust = match (estimate.confident, distance(x, y) > footprint_px) {
+        let is_wrong = step.truth.is_some_and(|truth| {
+            let [x, y] = truth.position_px;
+            distance(x, y) > footprint_px
+        });
+        let trust = match (estimate.confident, is_wrong) {
             (true, true) => Trust::Wrong,
             (true, false) => Trust::Confident,
             (false, _) => Trust::Unsure,

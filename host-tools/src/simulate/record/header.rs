@@ -1,5 +1,6 @@
 //! What a recording says about the whole flight.
 
+use eigenmark_core::{atlas::Atlas, slots::Setup};
 use serde::{Deserialize, Serialize};
 
 use crate::simulate::{End, FlightSettings, World};
@@ -69,6 +70,24 @@ impl Header {
             steps: 0,
             end: None,
             settings: Some(*settings),
+        }
+    }
+
+    /// Of a real flight that did not begin yet: over a map, by an atlas, with frames of that size.
+    #[must_use]
+    pub fn of_board(map: Ground, atlas: &Atlas<'_>, setup: Setup, frame_px: [u16; 2]) -> Self {
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            map,
+            atlas_crc: Some(atlas.crc()),
+            meters_per_px: setup.meters_per_px.into(),
+            footprint_px: atlas.header().footprint_px.into(),
+            field_of_view_rad: setup.field_of_view_rad.into(),
+            frame_px,
+            steps: 0,
+            end: None,
+            settings: None,
         }
     }
 

@@ -17,7 +17,8 @@ pub(super) struct Line<'a> {
     pub(super) frame: Option<Cow<'a, str>>,
     #[serde(default)]
     readings: Readings,
-    truth: Truth,
+    #[serde(default)]
+    truth: Option<Truth>,
     #[serde(default)]
     command: Command,
     #[serde(default)]

@@ -8,8 +8,8 @@
 //! | `log.jsonl` | one JSON object per step: time, readings, truth, command, report, and the name of its frame or null |
 //! | `frames/` | the frames that arrived, as 8-bit gray PNG |
 //!
-//! A log that somebody else wrote, say of a real flight, needs of each step `time_s`, `step_s`, `frame`, and of the
-//! truth its `position_px`; the rest may be missing.
+//! A log that somebody else wrote, say of a real flight, needs of each step `time_s`, `step_s` and `frame`, and of the
+//! truth, if it tells any, its `position_px`; the rest may be missing. Without truth there are no errors to measure.
 //!
 //! Numbers are written with as many digits as it takes to read the same bits again, so a pilot that sees a recording
 //! thinks exactly what it thought in flight.

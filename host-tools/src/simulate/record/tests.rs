@@ -266,8 +266,13 @@ fn a_log_of_a_real_flight_needs_little() {
     replace(&target.join(HEADER), "\"steps\": 41", "\"steps\": 1");
     let line = r#"{"time_s": 0.5, "step_s": 0.1, "frame": "000001.png", "truth": {"position_px": [3, 4]}}"#;
     fs::write(target.join(LOG), line).expect("writable");
-    let steps = Recording::open(&target).and_then(|recording| recording.steps());
-    let step = &steps.expect("reads")[0];
-    assert_eq!(step.truth.position_px, [3.0, 4.0]);
-    assert_eq!((step.truth.altitude_ratio, step.seen), (1.0, true));
+    let read = || Recording::open(&target).and_then(|recording| recording.steps());
+    let step = &read().expect("reads")[0];
+    let truth = step.truth.expect("told");
+    assert_eq!(truth.position_px, [3.0, 4.0]);
+    assert_eq!((truth.altitude_ratio, step.seen), (1.0, true));
+
+    let line = r#"{"time_s": 0.5, "step_s": 0.1, "frame": null}"#;
+    fs::write(target.join(LOG), line).expect("writable");
+    assert_eq!(read().expect("reads")[0].truth, None);
 }

@@ -45,7 +45,7 @@ pub fn fly_recorded(
         steps.push(step);
         Ok(())
     })?;
-    recorder.finish(end)?;
+    recorder.finish(Some(end))?;
     Ok(Flight {
         settings: *settings,
         steps,
@@ -114,12 +114,17 @@ impl Recorder {
         Ok(())
     }
 
-    /// Ends the recording: from now on it is there.
+    /// What it will say about the whole flight, if that becomes known only on the way.
+    pub fn header_mut(&mut self) -> &mut Header {
+        &mut self.header
+    }
+
+    /// Ends the recording: from now on it is there. Also says how the flight ended, if that is known.
     ///
     /// # Errors
     /// When it cannot be written, or something got its name meanwhile.
-    pub fn finish(mut self, end: End) -> Result<(), OutputError> {
-        self.header.end = Some(end);
+    pub fn finish(mut self, end: Option<End>) -> Result<(), OutputError> {
+        self.header.end = end;
         self.log.flush().map_err(at(&self.target))?;
         write_file(&self.directory.path().join(HEADER), |file| {
             serde_json::to_writer_pretty(&mut *file, &self.header)?;

@@ -1,9 +1,12 @@
 //! The command line as scripts and people meet it: exit codes, one-line errors, no half-written files, every kind of
 //! picture.
 
+mod convert;
 mod evaluate;
 mod experiment;
+mod flash;
 mod headings;
+mod monitor;
 mod route;
 mod segment;
 mod simulate;
