@@ -6,7 +6,7 @@ use std::{
     io::Write,
     path::Path,
     process::Command,
-    sync::mpsc,
+    sync::{Mutex, PoisonError, mpsc},
     thread,
     time::{Duration, Instant},
 };
@@ -62,9 +62,13 @@ struct Autopilot {
     summary: mpsc::Receiver<serde_json::Value>,
 }
 
+/// Held while one starts: the first of all installs what it needs.
+static INSTALLING: Mutex<()> = Mutex::new(());
+
 impl Autopilot {
     /// Starts it on a wire. `damage` is the share of what it says that is damaged on the way.
     fn start(damage: f64) -> (Self, String) {
+        let _installing = INSTALLING.lock().unwrap_or_else(PoisonError::into_inner);
         let peers = workspace().join("tests/peers");
         let mut process = Command::new(peers.join("python"))
             .arg(peers.join("autopilot.py"))
