@@ -2,7 +2,7 @@
 
 use eigenmark_core::{
     atlas::Atlas,
-    frame::{Frame, FrameError},
+    frame::FrameError,
     link::{
         AtlasIdentity, Identity, MAX_FRAME_LEN, PART_LEN, Rejection, Reply, Request, SlotState,
         Upload,
@@ -28,8 +28,7 @@ pub struct Desk {
 #[derive(Clone, Copy, Debug)]
 struct Incoming {
     sequence: u32,
-    width: u16,
-    height: u16,
+    size: FrameSize,
     next: usize,
 }
 
@@ -85,21 +84,6 @@ pub enum Due {
 }
 
 impl Desk {
-    /// Nothing was asked for.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self {
-            incoming: None,
-            shown_until_us: 0,
-            watch: Watch {
-                every: 0,
-                pictures: 0,
-                frames: 0,
-                reports: 0,
-            },
-        }
-    }
-
     /// Whether the room for a frame is a host's at present.
     #[must_use]
     pub fn is_shown(&self, now_us: u64) -> bool {
@@ -109,23 +93,14 @@ impl Desk {
     /// What is due after a frame.
     pub fn due(&mut self) -> Due {
         let watch = &mut self.watch;
-        if watch.every == 0 {
+        if !is_due(&mut watch.frames, watch.every) {
             return Due::Nothing;
         }
-        watch.frames += 1;
-        if watch.frames < watch.every {
-            return Due::Nothing;
+        if is_due(&mut watch.reports, watch.pictures) {
+            Due::Picture
+        } else {
+            Due::Report
         }
-        watch.frames = 0;
-        if watch.pictures == 0 {
-            return Due::Report;
-        }
-        watch.reports += 1;
-        if watch.reports < watch.pictures {
-            return Due::Report;
-        }
-        watch.reports = 0;
-        Due::Picture
     }
 
     /// Answers a request, if it has an answer yet.
@@ -148,14 +123,7 @@ impl Desk {
             Request::Upload(upload) => match write(upload, access) {
                 Ok(Some(reply)) => reply,
                 Ok(None) => return (None, None),
-                Err(error) => {
-                    if let SlotError::Worn { .. } = error {
-                        access
-                            .faults
-                            .note(|faults| faults.worn_pages = faults.worn_pages.saturating_add(1));
-                    }
-                    rejected(Rejection::Slot(error))
-                }
+                Err(error) => rejected(Rejection::Slot(error)),
             },
             Request::Slots => Reply::Slots(*access.slots),
             Request::Go(goals) => match access
@@ -199,15 +167,14 @@ impl Desk {
             let room = MAX_FRAME_LEN as u32;
             return Some(rejected_frame(sequence, Rejection::TooLarge { room }));
         }
-        if FrameSize::new(width, height).is_none() {
+        let Some(size) = FrameSize::new(width, height) else {
             let error = FrameError::Size { width, height };
             return Some(rejected_frame(sequence, Rejection::Frame(error)));
-        }
+        };
         self.shown_until_us = now_us + SHOWN_FOR_US;
         self.incoming = Some(Incoming {
             sequence,
-            width,
-            height,
+            size,
             next: 0,
         });
         None
@@ -225,11 +192,10 @@ impl Desk {
         };
         let Incoming {
             sequence,
-            width,
-            height,
+            size,
             next,
         } = *incoming;
-        let len = usize::from(width) * usize::from(height);
+        let len = size.len();
         let end = next.saturating_add(bytes.len());
         let room = access.pixels.get_mut(next..end);
         let Some(room) =
@@ -250,16 +216,24 @@ impl Desk {
         let Some(navigator) = &mut access.navigator else {
             return Some(rejected_frame(sequence, Rejection::NoAtlas));
         };
-        Some(
-            match Frame::new(access.pixels, width, height, width.into()) {
-                Ok(frame) => Reply::Fix {
-                    sequence,
-                    fix: navigator.locate_alone(&frame),
-                },
-                Err(error) => rejected_frame(sequence, Rejection::Frame(error)),
+        Some(match size.frame(access.pixels.as_slice()) {
+            Ok(frame) => Reply::Fix {
+                sequence,
+                fix: navigator.locate_alone(&frame),
             },
-        )
+            Err(error) => rejected_frame(sequence, Rejection::Frame(error)),
+        })
     }
+}
+
+/// Counts to `every`, and says whether that was reached; never for 0.
+fn is_due(count: &mut u16, every: u16) -> bool {
+    *count = count.saturating_add(1);
+    let is_due = every > 0 && *count >= every;
+    if is_due {
+        *count = 0;
+    }
+    is_due
 }
 
 fn identity<F>(access: &Access<'_, '_, F>) -> Identity {
@@ -311,9 +285,9 @@ fn write<F: AtlasFlash>(
                     is_flown: false,
                 };
             }
-            let flown = access.slots.iter().position(|state| state.is_flown);
-            *access.target = Ok(target
-                .after_writing(flown.map(|number| if number == 0 { Slot::A } else { Slot::B })));
+            let mut slots = Slot::BOTH.into_iter().zip(access.slots.iter());
+            let flown = slots.find(|(_, state)| state.is_flown);
+            *access.target = Ok(target.after_writing(flown.map(|(slot, _)| slot)));
             return Ok(Some(Reply::Slots(*access.slots)));
         }
         Upload::Abandon => {

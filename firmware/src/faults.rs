@@ -53,6 +53,14 @@ impl<'k> FaultLog<'k> {
         self.keep();
     }
 
+    /// Notes that something went wrong once more.
+    pub fn count(&mut self, which: impl FnOnce(&mut Faults) -> &mut u16) {
+        self.note(|faults| {
+            let count = which(faults);
+            *count = count.saturating_add(1);
+        });
+    }
+
     /// Forgets everything but the reason of the last reset.
     pub fn forget(&mut self) {
         let cause = self.faults.cause;

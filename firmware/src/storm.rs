@@ -9,7 +9,7 @@ const WINDOW_US: u64 = 1_000_000;
 /// How long a wire is ignored, in microseconds.
 pub const IGNORED_US: u64 = 1_000_000;
 
-/// Watches one wire.
+/// Watches one wire, which is calm at first.
 #[derive(Debug, Default)]
 pub struct Storm {
     since_us: u64,
@@ -20,18 +20,6 @@ pub struct Storm {
 }
 
 impl Storm {
-    /// A calm wire.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self {
-            since_us: 0,
-            damages: 0,
-            messages: 0,
-            ignored_until_us: 0,
-            damaged: 0,
-        }
-    }
-
     /// An intact message came.
     pub fn message(&mut self) {
         self.messages = self.messages.saturating_add(1);
@@ -71,7 +59,7 @@ mod tests {
 
     #[test]
     fn much_damage_is_a_storm_and_it_passes() {
-        let mut storm = Storm::new();
+        let mut storm = Storm::default();
         let begins = (0..STORM)
             .map(|number| storm.damage(u64::from(number)))
             .collect::<std::vec::Vec<_>>();
@@ -83,7 +71,7 @@ mod tests {
 
     #[test]
     fn some_damage_among_messages_is_not() {
-        let mut storm = Storm::new();
+        let mut storm = Storm::default();
         for number in 0..10_000 {
             storm.message();
             storm.message();

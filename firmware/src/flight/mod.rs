@@ -99,10 +99,10 @@ where
             writer,
             faults,
             autopilot: Autopilot::new(),
-            autopilot_storm: Storm::new(),
+            autopilot_storm: Storm::default(),
             receiver: Receiver::new(),
-            host_storm: Storm::new(),
-            desk: Desk::new(),
+            host_storm: Storm::default(),
+            desk: Desk::default(),
             frames: 0,
             taken_us: None,
             stepped_us: 0,
@@ -183,7 +183,7 @@ where
             }
         };
         if let Some(reply) = reply {
-            send(&mut self.parts.host, &reply);
+            self.reply(&reply);
         }
         match wish {
             None => {}
@@ -233,8 +233,7 @@ where
     }
 
     fn note_storm(&mut self, words: &str) {
-        self.faults
-            .note(|faults| faults.link_storms = faults.link_storms.saturating_add(1));
+        self.faults.count(|faults| &mut faults.link_storms);
         self.say(MavSeverity::MAV_SEVERITY_WARNING, words);
     }
 
@@ -246,20 +245,26 @@ where
         let reply = match self.writer.step(&mut self.parts.flash) {
             Ok(Progress::Erasing) => return true,
             Ok(Progress::Writing { next }) => Reply::Upload { next },
-            Err(error) => {
-                if let SlotError::Worn { .. } = error {
-                    self.faults
-                        .note(|faults| faults.worn_pages = faults.worn_pages.saturating_add(1));
-                    self.say(MavSeverity::MAV_SEVERITY_WARNING, "a flash page is worn");
-                }
-                Reply::Rejected {
-                    sequence: None,
-                    reason: Rejection::Slot(error),
-                }
-            }
+            Err(error) => Reply::Rejected {
+                sequence: None,
+                reason: Rejection::Slot(error),
+            },
         };
-        send(&mut self.parts.host, &reply);
+        self.reply(&reply);
         true
+    }
+
+    /// Answers the host. That a page of flash is worn is noted, and told to the autopilot, too.
+    fn reply(&mut self, reply: &Reply) {
+        if let Reply::Rejected {
+            reason: Rejection::Slot(SlotError::Worn { .. }),
+            ..
+        } = reply
+        {
+            self.faults.count(|faults| &mut faults.worn_pages);
+            self.say(MavSeverity::MAV_SEVERITY_WARNING, "a flash page is worn");
+        }
+        send(&mut self.parts.host, reply);
     }
 
     /// Looks whether the camera has something, and takes a step with it.
@@ -272,8 +277,7 @@ where
             return false;
         };
         if self.parts.camera.losses() != losses {
-            self.faults
-                .note(|faults| faults.camera_losses = faults.camera_losses.saturating_add(1));
+            self.faults.count(|faults| &mut faults.camera_losses);
             self.say(MavSeverity::MAV_SEVERITY_ERROR, "camera lost");
         }
         self.step(result, now_us);
