@@ -8,6 +8,8 @@
 mod clock;
 #[cfg(all(target_os = "none", feature = "emulated"))]
 mod emulated;
+#[cfg(target_os = "none")]
+mod flash_error;
 #[cfg(all(target_os = "none", feature = "stm32f405"))]
 mod stm32f405;
 #[cfg(all(target_os = "none", feature = "stm32h743"))]

@@ -1,14 +1,13 @@
 //! The atlas region as a file: what is written shows in memory after the next start of the emulator, which loads it there.
 
 use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
-    check_write,
+    ErrorType, NorFlash, ReadNorFlash, check_erase, check_read, check_write,
 };
 
 use eigenmark_core::slots::Slot;
 
 use super::file::File;
-use crate::board::AtlasFlash;
+use crate::board::{AtlasFlash, flash_error::FlashError};
 
 /// Bytes of the smallest part that can be erased: as of the chip's large sectors.
 const SECTOR_LEN: u32 = 128 * 1024;
@@ -22,10 +21,6 @@ pub struct Flash {
     file: Option<File>,
 }
 
-/// Why flash was not read or written.
-#[derive(Clone, Copy, Debug)]
-pub struct FlashError(NorFlashErrorKind);
-
 impl Flash {
     pub fn open() -> Self {
         Self {
@@ -34,29 +29,21 @@ impl Flash {
     }
 }
 
-impl NorFlashError for FlashError {
-    fn kind(&self) -> NorFlashErrorKind {
-        self.0
-    }
-}
-
 impl ErrorType for Flash {
     type Error = FlashError;
 }
-
-const FAILED: FlashError = FlashError(NorFlashErrorKind::Other);
 
 impl ReadNorFlash for Flash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         check_read(self, offset, bytes.len()).map_err(FlashError)?;
-        let file = self.file.as_ref().ok_or(FAILED)?;
+        let file = self.file.as_ref().ok_or(FlashError::FAILED)?;
         let found = file.read(offset as usize, bytes);
         if found == bytes.len() {
             Ok(())
         } else {
-            Err(FAILED)
+            Err(FlashError::FAILED)
         }
     }
 
@@ -71,10 +58,10 @@ impl NorFlash for Flash {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         check_erase(self, from, to).map_err(FlashError)?;
-        let file = self.file.as_ref().ok_or(FAILED)?;
+        let file = self.file.as_ref().ok_or(FlashError::FAILED)?;
         for offset in (from..to).step_by(PIECE_LEN) {
             if !file.write(offset as usize, &[0xff; PIECE_LEN]) {
-                return Err(FAILED);
+                return Err(FlashError::FAILED);
             }
         }
         Ok(())
@@ -86,16 +73,16 @@ impl NorFlash for Flash {
         let mut offset = offset as usize;
         for piece in bytes.chunks(PIECE_LEN) {
             let mut kept = [0; PIECE_LEN];
-            let file = self.file.as_ref().ok_or(FAILED)?;
-            let kept = kept.get_mut(..piece.len()).ok_or(FAILED)?;
+            let file = self.file.as_ref().ok_or(FlashError::FAILED)?;
+            let kept = kept.get_mut(..piece.len()).ok_or(FlashError::FAILED)?;
             if file.read(offset, kept) != piece.len() {
-                return Err(FAILED);
+                return Err(FlashError::FAILED);
             }
             for (kept, byte) in kept.iter_mut().zip(piece) {
                 *kept &= byte;
             }
             if !file.write(offset, kept) {
-                return Err(FAILED);
+                return Err(FlashError::FAILED);
             }
             offset += piece.len();
         }

@@ -4,8 +4,7 @@ use core::ops::Range;
 
 use eigenmark_core::slots::Slot;
 use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
-    check_write,
+    ErrorType, NorFlash, ReadNorFlash, check_erase, check_read, check_write,
 };
 use stm32f4xx_hal::{
     flash::{FlashExt, LockedFlash, UnlockedFlash},
@@ -13,14 +12,14 @@ use stm32f4xx_hal::{
 };
 
 use super::REGION_OFFSET;
-use crate::{atlas_region, board::AtlasFlash, crash};
+use crate::{
+    atlas_region,
+    board::{AtlasFlash, flash_error::FlashError},
+    crash,
+};
 
 /// Flash whose offset 0 is the chip's first sector.
 pub struct Flash(LockedFlash);
-
-/// Why flash was not read or written.
-#[derive(Clone, Copy, Debug)]
-pub struct FlashError(NorFlashErrorKind);
 
 impl Flash {
     pub fn new(flash: FLASH) -> Self {
@@ -33,18 +32,9 @@ impl Flash {
     }
 }
 
-impl NorFlashError for FlashError {
-    fn kind(&self) -> NorFlashErrorKind {
-        self.0
-    }
-}
-
 impl ErrorType for Flash {
     type Error = FlashError;
 }
-
-const OUTSIDE: FlashError = FlashError(NorFlashErrorKind::OutOfBounds);
-const FAILED: FlashError = FlashError(NorFlashErrorKind::Other);
 
 impl ReadNorFlash for Flash {
     const READ_SIZE: usize = 1;
@@ -53,7 +43,7 @@ impl ReadNorFlash for Flash {
         check_read(self, offset, bytes.len()).map_err(FlashError)?;
         let found = FlashExt::read(&self.0).get(offset as usize..);
         let found = found.and_then(|found| found.get(..bytes.len()));
-        for (place, byte) in bytes.iter_mut().zip(found.ok_or(OUTSIDE)?) {
+        for (place, byte) in bytes.iter_mut().zip(found.ok_or(FlashError::OUTSIDE)?) {
             *place = *byte;
         }
         Ok(())
@@ -71,22 +61,22 @@ impl NorFlash for Flash {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         check_erase(self, from, to).map_err(FlashError)?;
         if !Self::region().contains(&from) {
-            return Err(OUTSIDE);
+            return Err(FlashError::OUTSIDE);
         }
         crash::begin_long_step();
         let erased = NorFlash::erase(&mut self.0.unlocked(), from, to);
         forget_cached();
-        erased.map_err(|_| FAILED)
+        erased.map_err(|_| FlashError::FAILED)
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         check_write(self, offset, bytes.len()).map_err(FlashError)?;
         if !Self::region().contains(&offset) {
-            return Err(OUTSIDE);
+            return Err(FlashError::OUTSIDE);
         }
         let written = NorFlash::write(&mut self.0.unlocked(), offset, bytes);
         forget_cached();
-        written.map_err(|_| FAILED)
+        written.map_err(|_| FlashError::FAILED)
     }
 }
 

@@ -11,12 +11,15 @@ use embassy_stm32::{
     peripherals::FLASH,
 };
 use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
-    check_write,
+    ErrorType, NorFlash, ReadNorFlash, check_erase, check_read, check_write,
 };
 
 use super::REGION_OFFSET;
-use crate::{atlas_region, board::AtlasFlash, crash};
+use crate::{
+    atlas_region,
+    board::{AtlasFlash, flash_error::FlashError},
+    crash,
+};
 
 /// BFHFNMIGN in CCR: a read that fails gives anything where nothing but a reset can interrupt.
 const IGNORE_BUS_FAULTS: u32 = 1 << 8;
@@ -26,10 +29,6 @@ const BANK: usize = 1;
 
 /// Flash whose offset 0 is the chip's first sector.
 pub struct Flash(flash::Flash<'static, Blocking>);
-
-/// Why flash was not read or written.
-#[derive(Clone, Copy, Debug)]
-pub struct FlashError(NorFlashErrorKind);
 
 /// Reads flash that a power cut may have left unreadable: what cannot be read is anything, and checksums find that.
 ///
@@ -90,28 +89,21 @@ impl Flash {
     }
 }
 
-impl NorFlashError for FlashError {
-    fn kind(&self) -> NorFlashErrorKind {
-        self.0
-    }
-}
-
 impl ErrorType for Flash {
     type Error = FlashError;
 }
-
-const OUTSIDE: FlashError = FlashError(NorFlashErrorKind::OutOfBounds);
-const FAILED: FlashError = FlashError(NorFlashErrorKind::Other);
 
 impl ReadNorFlash for Flash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         check_read(self, offset, bytes.len()).map_err(FlashError)?;
-        let start = offset.checked_sub(REGION_OFFSET).ok_or(OUTSIDE)? as usize;
+        let start = offset
+            .checked_sub(REGION_OFFSET)
+            .ok_or(FlashError::OUTSIDE)? as usize;
         let found = atlas_region::bytes().get(start..);
         let found = found.and_then(|found| found.get(..bytes.len()));
-        let found = found.ok_or(OUTSIDE)?;
+        let found = found.ok_or(FlashError::OUTSIDE)?;
         reading(|| {
             for (place, byte) in bytes.iter_mut().zip(found) {
                 *place = *byte;
@@ -132,20 +124,24 @@ impl NorFlash for Flash {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         check_erase(self, from, to).map_err(FlashError)?;
         if !Self::region().contains(&from) {
-            return Err(OUTSIDE);
+            return Err(FlashError::OUTSIDE);
         }
         forget_errors();
         crash::begin_long_step();
-        self.0.blocking_erase(from, to).map_err(|_| FAILED)
+        self.0
+            .blocking_erase(from, to)
+            .map_err(|_| FlashError::FAILED)
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         check_write(self, offset, bytes.len()).map_err(FlashError)?;
         if !Self::region().contains(&offset) {
-            return Err(OUTSIDE);
+            return Err(FlashError::OUTSIDE);
         }
         forget_errors();
-        self.0.blocking_write(offset, bytes).map_err(|_| FAILED)
+        self.0
+            .blocking_write(offset, bytes)
+            .map_err(|_| FlashError::FAILED)
     }
 }
 
