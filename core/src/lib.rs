@@ -10,7 +10,7 @@
 //!
 //! | layer | does | deliberately does not know |
 //! | --- | --- | --- |
-//! | [`math`] | rounding and roots with the same bits everywhere | what the numbers mean |
+//! | [`math`] | rounding, roots and angles with the same bits everywhere | what the numbers mean |
 //! | [`kernel`] | integer loops, each twice: plain, and for Armv7E-M | what the numbers mean |
 //! | [`frame`] | camera pixels, borrowed and checked | who took them |
 //! | [`preprocess`] | frame → view: exact area averaging, or levelling from a known pose; sums for normalization | eigenspaces |

@@ -1,6 +1,6 @@
 //! What went wrong, kept in memory that a reset does not clear.
 
-use eigenmark_core::link::{Cause, Crash, Faults, MAX_REPLY_LEN, Receiver, encode};
+use eigenmark_core::link::{Cause, Crash, Faults};
 
 /// Bytes that are kept over resets.
 pub const KEPT_LEN: usize = 128;
@@ -105,18 +105,76 @@ pub fn note_crash(kept: &mut [u8; KEPT_LEN], crash: Crash) {
     write(kept, &faults);
 }
 
-/// As a packet of the link: its CRC says whether it was kept.
+/// Writes every word with its complement: what memory holds after power was off is no such thing.
 fn write(kept: &mut [u8; KEPT_LEN], faults: &Faults) {
-    let mut scratch = [0; KEPT_LEN];
-    // It fits: a test has the largest.
-    let _ = encode(faults, &mut scratch, kept);
+    let (kind, crash) = match faults.crash {
+        None => (0, [0; 4]),
+        Some(Crash::HardFault {
+            pc,
+            lr,
+            status,
+            address,
+        }) => (1, [pc, lr, status, address]),
+        Some(Crash::StackOverflow { pc, lr }) => (2, [pc, lr, 0, 0]),
+        Some(Crash::Hang { pc, lr }) => (3, [pc, lr, 0, 0]),
+        Some(Crash::Panic { line }) => (4, [line, 0, 0, 0]),
+    };
+    let pair = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
+    let counts = [
+        pair(faults.cause as u16, kind),
+        pair(faults.resets, faults.by_watchdog),
+        pair(faults.by_brown_out, faults.worn_pages),
+        pair(faults.camera_losses, faults.link_storms),
+    ];
+    let words = counts.into_iter().chain(crash);
+    for (place, word) in kept.as_chunks_mut().0.iter_mut().zip(words) {
+        *place = (u64::from(word) << 32 | u64::from(!word)).to_le_bytes();
+    }
 }
 
 fn read(kept: &[u8; KEPT_LEN]) -> Option<Faults> {
-    let mut receiver = Receiver::<MAX_REPLY_LEN>::new();
-    kept.iter()
-        .find_map(|&byte| receiver.push::<Faults>(byte))?
-        .ok()
+    let mut words = [0; 8];
+    for (word, place) in words.iter_mut().zip(kept.as_chunks().0) {
+        let both = u64::from_le_bytes(*place);
+        *word = (both >> 32) as u32;
+        if *word != !(both as u32) {
+            return None;
+        }
+    }
+    let [kinds, resets, others, losses, crash @ ..] = words;
+    let pair = |word: u32| (word as u16, (word >> 16) as u16);
+    let (cause, kind) = pair(kinds);
+    let (resets, by_watchdog) = pair(resets);
+    let (by_brown_out, worn_pages) = pair(others);
+    let (camera_losses, link_storms) = pair(losses);
+    let [pc, lr, status, address] = crash;
+    Some(Faults {
+        cause: match cause {
+            1 => Cause::BrownOut,
+            2 => Cause::Pin,
+            3 => Cause::Software,
+            4 => Cause::Watchdog,
+            _ => Cause::PowerOn,
+        },
+        resets,
+        by_watchdog,
+        by_brown_out,
+        crash: match kind {
+            1 => Some(Crash::HardFault {
+                pc,
+                lr,
+                status,
+                address,
+            }),
+            2 => Some(Crash::StackOverflow { pc, lr }),
+            3 => Some(Crash::Hang { pc, lr }),
+            4 => Some(Crash::Panic { line: pc }),
+            _ => None,
+        },
+        camera_losses,
+        link_storms,
+        worn_pages,
+    })
 }
 
 /// Why an STM32F4 was reset, by its RCC_CSR (reference manual RM0090, 7.3.21).
@@ -152,6 +210,9 @@ pub fn stm32h7_cause(rsr: u32) -> Option<Cause> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Bytes of [`KEPT_LEN`] that are written.
+    const USED_LEN: usize = 64;
 
     const CRASH: Crash = Crash::HardFault {
         pc: u32::MAX,
@@ -192,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_record_fits_and_a_damaged_one_begins_anew() {
+    fn every_record_is_read_as_it_was_written_and_a_damaged_one_begins_anew() {
         let largest = Faults {
             cause: Cause::Watchdog,
             resets: u16::MAX,
@@ -203,11 +264,32 @@ mod tests {
             link_storms: u16::MAX,
             worn_pages: u16::MAX,
         };
+        for crash in [
+            CRASH,
+            Crash::StackOverflow { pc: 1, lr: 2 },
+            Crash::Hang { pc: 1, lr: 2 },
+            Crash::Panic { line: 1 },
+        ] {
+            for cause in [
+                Cause::PowerOn,
+                Cause::BrownOut,
+                Cause::Pin,
+                Cause::Software,
+                Cause::Watchdog,
+            ] {
+                let faults = Faults {
+                    cause,
+                    crash: Some(crash),
+                    ..largest
+                };
+                let mut kept = [0; KEPT_LEN];
+                write(&mut kept, &faults);
+                assert_eq!(read(&kept), Some(faults));
+            }
+        }
         let mut kept = [0; KEPT_LEN];
         write(&mut kept, &largest);
-        assert_eq!(read(&kept), Some(largest));
-        let end = kept.iter().position(|&byte| byte == 0).expect("ends");
-        for bit in 0..end * 8 {
+        for bit in 0..USED_LEN * 8 {
             let mut damaged = kept;
             damaged[bit / 8] ^= 1 << (bit % 8);
             assert_eq!(read(&damaged), None, "bit {bit}");

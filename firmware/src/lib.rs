@@ -28,6 +28,7 @@ pub mod room;
 pub mod simulated;
 pub mod stack;
 pub mod storm;
+pub mod time;
 pub mod wire;
 
 /// The logger of a program, said once at its top.

@@ -105,7 +105,7 @@ pub fn emit<'b>(contents: &Contents<'_>, buffer: &'b mut [u8]) -> Result<Atlas<'
     Atlas::parse(buffer)
 }
 
-pub(super) fn encode_header<'b>(
+fn encode_header<'b>(
     header: &Header,
     buffer: &'b mut [u8; MAX_HEADER_LEN],
 ) -> Result<&'b [u8], AtlasError> {

@@ -5,7 +5,7 @@ use bytemuck::Pod;
 
 use super::{
     ALIGNMENT, Atlas, AtlasError, Header, Layout, MAGIC, MAX_HEADER_LEN, PREAMBLE_LEN, Part,
-    VERSION, checksum, emit::encode_header,
+    VERSION, checksum,
 };
 use crate::{
     eigenspace::{
@@ -230,10 +230,10 @@ fn decode_header(bytes: &[u8], len: u16) -> Result<Header, AtlasError> {
     Ok(header)
 }
 
-/// Whether a header is encoded as [`emit`](super::emit()) does it: the same number can also be written with more bytes.
-#[inline(never)] // its buffer leaves the stack when it returns
+/// Whether a header is encoded as [`emit`](super::emit()) does it: the same number can also be written with more bytes,
+/// and in no other way.
 fn is_shortest(encoded: &[u8], header: &Header) -> bool {
-    encode_header(header, &mut [0; MAX_HEADER_LEN]).is_ok_and(|shortest| shortest == encoded)
+    postcard::experimental::serialized_size(header) == Ok(encoded.len())
 }
 
 fn check_header(header: &Header) -> Result<(), AtlasError> {
@@ -256,24 +256,24 @@ fn check_header(header: &Header) -> Result<(), AtlasError> {
     check_survey(&header.survey, header.map_px)?;
     range(Part::Places, header.places, 0, MAX_PLACES)?;
     range(Part::Legs, header.legs, 0, MAX_LEGS)?;
-    check_numbers(Part::Footprint, [header.footprint_px], &Sign::Positive)?;
-    check_numbers(Part::Step, [header.step], &Sign::Positive)?;
-    check_numbers(Part::Error, [header.error], &Sign::NotNegative)?;
+    check_numbers(Part::Footprint, &[header.footprint_px], &Sign::Positive)?;
+    check_numbers(Part::Step, &[header.step], &Sign::Positive)?;
+    check_numbers(Part::Error, &[header.error], &Sign::NotNegative)?;
     check_numbers(
         Part::Limits,
-        [header.limits.distance, header.limits.from_feature_space],
+        &[header.limits.distance, header.limits.from_feature_space],
         &Sign::NotNegative,
     )?;
-    check_numbers(Part::MeanRow, [header.mean.scale], &Sign::Positive)?;
+    check_numbers(Part::MeanRow, &[header.mean.scale], &Sign::Positive)?;
     check_numbers(
         Part::MeanRow,
-        [header.mean.base, header.mean.energy],
+        &[header.mean.base, header.mean.energy],
         &Sign::NotNegative,
     )?;
     let likelihood = header.likelihood;
     check_numbers(
         Part::Likelihood,
-        [likelihood.sharpness, likelihood.ceiling],
+        &[likelihood.sharpness, likelihood.ceiling],
         &Sign::Positive,
     )?;
     let training = header.training;
@@ -283,20 +283,20 @@ fn check_header(header: &Header) -> Result<(), AtlasError> {
         training.whiten,
         training.covered_variance,
     ];
-    check_numbers(Part::Training, settings, &Sign::NotNegative)
+    check_numbers(Part::Training, &settings, &Sign::NotNegative)
 }
 
 fn check_survey(survey: &Survey, (width_px, height_px): (u32, u32)) -> Result<(), AtlasError> {
     range(Part::Lattices, survey.lattices.len() as u32, 1, 2)?;
     for lattice in &survey.lattices {
         range(Part::Lattice, lattice.count(), 1, u32::MAX)?;
-        check_numbers(Part::Lattice, [lattice.stride_px], &Sign::Positive)?;
+        check_numbers(Part::Lattice, &[lattice.stride_px], &Sign::Positive)?;
         let numbers = [lattice.origin.x_px, lattice.origin.y_px];
-        check_numbers(Part::Lattice, numbers, &Sign::NotNegative)?;
+        check_numbers(Part::Lattice, &numbers, &Sign::NotNegative)?;
         // With the first and the last place, all are on the map.
         let last = lattice.point(u32::from(lattice.columns) - 1, u32::from(lattice.rows) - 1);
         let room = [width_px as f32 - last.x_px, height_px as f32 - last.y_px];
-        check_numbers(Part::Lattice, room, &Sign::NotNegative)?;
+        check_numbers(Part::Lattice, &room, &Sign::NotNegative)?;
     }
     range(
         Part::Headings,
@@ -348,8 +348,8 @@ fn check_eigenspace(eigenspace: &Eigenspace<'_>) -> Result<(), AtlasError> {
     let (side, k) = (eigenspace.side, eigenspace.rows.len());
     let pixels = usize::from(side) * usize::from(side);
     for row in eigenspace.rows {
-        check_numbers(Part::Rows, [row.scale, row.spread], &Sign::Positive)?;
-        check_numbers(Part::Rows, [row.offset], &Sign::Any)?;
+        check_numbers(Part::Rows, &[row.scale, row.spread], &Sign::Positive)?;
+        check_numbers(Part::Rows, &[row.offset], &Sign::Any)?;
     }
 
     let weights = eigenspace.stored_weights();
@@ -459,12 +459,9 @@ fn check_landmarks(table: &LandmarkTable<'_>, candidates: u32) -> Result<(), Atl
     }
 }
 
-fn check_numbers<const N: usize>(
-    part: Part,
-    numbers: [f32; N],
-    sign: &Sign,
-) -> Result<(), AtlasError> {
-    for (number, index) in numbers.into_iter().zip(0..) {
+#[inline(never)]
+fn check_numbers(part: Part, numbers: &[f32], sign: &Sign) -> Result<(), AtlasError> {
+    for (&number, index) in numbers.iter().zip(0..) {
         let has_sign = match sign {
             Sign::NotNegative => number >= 0.0,
             Sign::Positive => number > 0.0,

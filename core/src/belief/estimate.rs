@@ -2,7 +2,7 @@
 
 use micromath::F32Ext;
 
-use super::Belief;
+use super::Layers;
 use crate::{
     landmark::Point,
     math::{heading_of, wrapped},
@@ -34,15 +34,14 @@ impl Estimate {
     }
 }
 
-impl<const STATES: usize> Belief<STATES> {
-    /// Where the vehicle most likely is, for views whose footprint has that side.
-    #[must_use]
+impl Layers {
+    /// See [`Belief::estimate`](super::Belief::estimate).
     #[inline(never)]
-    pub fn estimate(&self, footprint_px: f32) -> Estimate {
+    pub(super) fn estimate(&self, weights: &[f32], footprint_px: f32) -> Estimate {
         let columns = usize::from(self.cells.columns());
         let (layer_len, side) = (self.cells.layer().max(1), self.cells.side_px());
         let (mut heaviest, mut peak) = (0, 0.0);
-        for (&weight, state) in self.weights().iter().zip(0..) {
+        for (&weight, state) in weights.iter().zip(0..) {
             if weight > peak {
                 (peak, heaviest) = (weight, state);
             }
@@ -57,7 +56,7 @@ impl<const STATES: usize> Belief<STATES> {
         // From the heaviest state's position, so that squares stay small.
         let mut sums = Sums::default();
         let step = core::f32::consts::TAU / f32::from(self.cells.headings());
-        let layers = self.weights().chunks_exact(layer_len);
+        let layers = weights.chunks_exact(layer_len);
         for (layer, index) in layers.zip(0_u8..) {
             let offset = self.offset(index.into());
             let (shift_x, shift_y) = (offset.x_px - around.x_px, offset.y_px - around.y_px);

@@ -33,7 +33,7 @@ mod predict;
 #[cfg(test)]
 mod tests;
 
-use crate::{atlas::Atlas, landmark::Point};
+use crate::{atlas::Atlas, eigenspace::Coefficients, landmark::Point};
 
 pub use cells::Cells;
 pub use estimate::{CONFIDENT, Estimate};
@@ -49,13 +49,22 @@ const ORIGIN: Point = Point {
 };
 
 /// Where the vehicle may be: at most `STATES` cells times headings.
+///
+/// Nothing but room: what is done with it is compiled once, for slices of any length.
 #[derive(Clone, Debug)]
 pub struct Belief<const STATES: usize> {
-    cells: Cells,
+    layers: Layers,
     /// Probabilities; together one. Layer by layer of a heading, row by row.
     weights: [f32; STATES],
     /// The least δ of the landmarks in each state, in the last observation, in parts of the ceiling: 1/65,535.
     least: [u16; STATES],
+}
+
+/// All but the weights: the grid, and how its layers of one heading each lie under the vehicle. Weights are given to its
+/// methods: as many as there are states.
+#[derive(Clone, Debug)]
+struct Layers {
+    cells: Cells,
     /// From the centers of cells to where the vehicle would be, per heading.
     offsets: [Point; MAX_HEADINGS],
     /// Heading of the first layer: within half a step of the headings; of the vehicle when there is one heading.
@@ -74,50 +83,95 @@ impl<const STATES: usize> Belief<STATES> {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            cells: Cells::NONE,
+            layers: Layers {
+                cells: Cells::NONE,
+                offsets: [ORIGIN; MAX_HEADINGS],
+                heading_rad: 0.0,
+                spread_px2: 0.0,
+                spread_rad2: 0.0,
+                way_px: 0.0,
+            },
             weights: [0.0; STATES],
             least: [0; STATES],
-            offsets: [ORIGIN; MAX_HEADINGS],
-            heading_rad: 0.0,
-            spread_px2: 0.0,
-            spread_rad2: 0.0,
-            way_px: 0.0,
         }
     }
 
     /// Begins with an atlas, of which it knows nothing: every state of its grid is as likely as any other.
     pub fn begin(&mut self, atlas: &Atlas<'_>) {
-        self.cells = Cells::of(atlas, STATES);
-        self.heading_rad = 0.0;
+        self.layers.cells = Cells::of(atlas, STATES);
+        self.layers.heading_rad = 0.0;
         self.forget();
     }
 
     /// The grid.
     #[must_use]
     pub fn cells(&self) -> &Cells {
-        &self.cells
+        &self.layers.cells
     }
 
     /// The probabilities of all states, layer by layer of a heading, row by row; they add up to one.
     #[must_use]
     pub fn weights(&self) -> &[f32] {
-        self.weights.get(..self.cells.states()).unwrap_or_default()
+        let states = self.layers.cells.states();
+        self.weights.get(..states).unwrap_or_default()
     }
 
     /// Knows nothing again.
-    #[inline(never)]
     pub fn forget(&mut self) {
-        let uniform = self.uniform();
-        self.active().fill(uniform);
+        let (layers, weights, _) = self.parts();
+        layers.forget(weights);
+    }
+
+    /// The vehicle moved. With one heading, `heading_rad` is the vehicle's as far as it is known, halfway; with several
+    /// it is not used, each of them turns by itself. After a motion that is not finite it knows nothing.
+    pub fn predict(&mut self, motion: &Motion, heading_rad: f32) {
+        let (layers, weights, _) = self.parts();
+        layers.predict(weights, motion, heading_rad);
+    }
+
+    /// A frame of these coefficients was seen, which [`project`](crate::eigenspace::Eigenspace::project) made of a view
+    /// for the atlas this belief was made for.
+    pub fn observe(
+        &mut self,
+        atlas: &Atlas<'_>,
+        coefficients: &Coefficients,
+        observation: &Observation,
+    ) {
+        let (layers, weights, least) = self.parts();
+        layers.observe(weights, least, atlas, coefficients, observation);
+    }
+
+    /// What a compass says of the heading, in radians, which is wrong by at most a tolerance: headings beyond it hardly
+    /// count any more. It says nothing where there is one heading.
+    pub fn gate(&mut self, heading_rad: f32, tolerance_rad: f32) {
+        let (layers, weights, _) = self.parts();
+        layers.gate(weights, heading_rad, tolerance_rad);
+    }
+
+    /// Where the vehicle most likely is, for views whose footprint has that side.
+    #[must_use]
+    pub fn estimate(&self, footprint_px: f32) -> Estimate {
+        self.layers.estimate(self.weights(), footprint_px)
+    }
+
+    /// What is in use: the layers, their weights, and the least δ.
+    fn parts(&mut self) -> (&mut Layers, &mut [f32], &mut [u16]) {
+        let states = self.layers.cells.states();
+        (
+            &mut self.layers,
+            self.weights.get_mut(..states).unwrap_or_default(),
+            self.least.get_mut(..states).unwrap_or_default(),
+        )
+    }
+}
+
+impl Layers {
+    #[inline(never)]
+    fn forget(&mut self, weights: &mut [f32]) {
+        weights.fill(self.uniform());
         self.offsets.fill(ORIGIN);
         (self.spread_px2, self.spread_rad2) = (0.0, 0.0);
         self.way_px = f32::INFINITY;
-    }
-
-    /// The weights in use.
-    fn active(&mut self) -> &mut [f32] {
-        let states = self.cells.states();
-        self.weights.get_mut(..states).unwrap_or_default()
     }
 
     /// The weight of a state when nothing is known.
@@ -128,15 +182,20 @@ impl<const STATES: usize> Belief<STATES> {
     /// Makes the weights add up to one again, and spreads `share` of all weight evenly. Knows nothing when there is no
     /// weight left.
     #[inline(never)]
-    fn normalize(&mut self, share: f32) {
-        let total: f32 = self.active().iter().sum();
+    fn normalize(&mut self, weights: &mut [f32], share: f32) {
+        let total: f32 = weights.iter().sum();
         if !(total > 1e-30 && total < f32::MAX) {
-            return self.forget();
+            return self.forget(weights);
         }
         let (factor, floor) = ((1.0 - share) / total, share * self.uniform());
-        for weight in self.active() {
+        for weight in weights {
             *weight = *weight * factor + floor;
         }
+    }
+
+    /// Where the vehicle would be in a state, from the center of its cell.
+    fn offset(&self, layer: usize) -> Point {
+        self.offsets.get(layer).copied().unwrap_or(ORIGIN)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The belief learns from a frame.
 
-use super::Belief;
+use super::Layers;
 use crate::{
     atlas::Atlas,
     eigenspace::Coefficients,
@@ -20,20 +20,19 @@ pub struct Observation {
     pub least_worth: f32,
 }
 
-impl<const STATES: usize> Belief<STATES> {
-    /// A frame of these coefficients was seen, which [`project`](crate::eigenspace::Eigenspace::project) made of a view
-    /// for the atlas this belief was made for.
+impl Layers {
+    /// See [`Belief::observe`](super::Belief::observe).
     #[inline(never)]
-    pub fn observe(
+    pub(super) fn observe(
         &mut self,
+        weights: &mut [f32],
+        least: &mut [u16],
         atlas: &Atlas<'_>,
         coefficients: &Coefficients,
         observation: &Observation,
     ) {
         let likelihood = atlas.header().likelihood;
         let (cells, layer) = (self.cells, self.cells.layer());
-        let states = cells.states();
-        let least = self.least.get_mut(..states).unwrap_or_default();
         least.fill(CEILING);
         let mut nearest = CEILING;
         let parts = f32::from(CEILING) / likelihood.ceiling;
@@ -75,30 +74,29 @@ impl<const STATES: usize> Belief<STATES> {
         let worth = share.max(observation.least_worth).min(1.0);
         self.way_px = 0.0;
         let sharpness = likelihood.sharpness * worth / parts;
-        let states = self.weights.iter_mut().zip(&self.least).take(states);
+        let states = weights.iter_mut().zip(least);
         let likely = |squared: u16| {
             let farther = squared.saturating_sub(nearest);
             exp_of_negative(-sharpness * f32::from(farther))
         };
         let unlike = likely(CEILING);
-        for (weight, &squared) in states {
+        for (weight, &mut squared) in states {
             *weight *= if squared == CEILING {
                 unlike
             } else {
                 likely(squared)
             };
         }
-        self.normalize(0.0);
+        self.normalize(weights, 0.0);
     }
 }
 
 /// How likely a heading is that the compass rules out.
 const RULED_OUT: f32 = 1e-4;
 
-impl<const STATES: usize> Belief<STATES> {
-    /// What a compass says of the heading, in radians, which is wrong by at most a tolerance: headings beyond it hardly
-    /// count any more. It says nothing where there is one heading.
-    pub fn gate(&mut self, heading_rad: f32, tolerance_rad: f32) {
+impl Layers {
+    /// See [`Belief::gate`](super::Belief::gate).
+    pub(super) fn gate(&mut self, weights: &mut [f32], heading_rad: f32, tolerance_rad: f32) {
         let headings = self.cells.headings();
         if headings <= 1
             || !heading_rad.is_finite()
@@ -110,13 +108,13 @@ impl<const STATES: usize> Belief<STATES> {
         let step = core::f32::consts::TAU / f32::from(headings);
         let reach = tolerance_rad + step / 2.0;
         let (layer, first) = (self.cells.layer().max(1), self.heading_rad);
-        for (weights, index) in self.active().chunks_exact_mut(layer).zip(0_u8..) {
+        for (weights, index) in weights.chunks_exact_mut(layer).zip(0_u8..) {
             let off = turn(first + step * f32::from(index), heading_rad);
             let is_kept = off.abs() <= reach;
             if !is_kept {
                 weights.iter_mut().for_each(|weight| *weight *= RULED_OUT);
             }
         }
-        self.normalize(0.0);
+        self.normalize(weights, 0.0);
     }
 }

@@ -4,8 +4,8 @@ use core::cell::Cell;
 
 use micromath::F32Ext;
 
-use super::Belief;
-use crate::{landmark::Point, math::wrapped};
+use super::Layers;
+use crate::math::wrapped;
 
 /// How the vehicle moved between two frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,11 +30,10 @@ const SPREAD: f32 = 0.05;
 /// With at least this probability of having been carried away, the next frame has nothing in common with those before.
 const ELSEWHERE: f32 = 0.1;
 
-impl<const STATES: usize> Belief<STATES> {
-    /// The vehicle moved. With one heading, `heading_rad` is the vehicle's as far as it is known, halfway; with several
-    /// it is not used, each of them turns by itself. After a motion that is not finite it knows nothing.
+impl Layers {
+    /// See [`Belief::predict`](super::Belief::predict).
     #[inline(never)]
-    pub fn predict(&mut self, motion: &Motion, heading_rad: f32) {
+    pub(super) fn predict(&mut self, weights: &mut [f32], motion: &Motion, heading_rad: f32) {
         let way = motion.forward_px * motion.forward_px + motion.right_px * motion.right_px;
         let numbers = [
             way,
@@ -48,7 +47,7 @@ impl<const STATES: usize> Belief<STATES> {
             if headings == 1 {
                 self.heading_rad = wrapped(heading_rad);
             }
-            return self.forget();
+            return self.forget(weights);
         }
         let halfway = if headings == 1 {
             self.heading_rad = wrapped(heading_rad);
@@ -66,21 +65,21 @@ impl<const STATES: usize> Belief<STATES> {
                 offset.x_px += sin * motion.forward_px + cos * motion.right_px;
                 offset.y_px += sin * motion.right_px - cos * motion.forward_px;
             }
-            self.carry(layer);
+            self.carry(weights, layer);
         }
         if headings > 1 {
-            self.turn(step);
+            self.turn(weights, step);
         }
         self.way_px += crate::math::sqrt(way);
         if motion.carried_away >= ELSEWHERE {
             self.way_px = f32::INFINITY;
         }
-        self.spread(motion, step);
-        self.normalize(motion.carried_away.clamp(0.0, 1.0));
+        self.spread(weights, motion, step);
+        self.normalize(weights, motion.carried_away.clamp(0.0, 1.0));
     }
 
     /// Moves the weights of a heading by whole cells, so that its offset is at most half of one.
-    fn carry(&mut self, layer: u8) {
+    fn carry(&mut self, weights: &mut [f32], layer: u8) {
         let side = self.cells.side_px();
         let Some(offset) = self.offsets.get_mut(usize::from(layer)) else {
             return;
@@ -94,13 +93,13 @@ impl<const STATES: usize> Belief<STATES> {
         offset.y_px -= f32::from(down) * side;
         let (columns, len) = (usize::from(self.cells.columns()), self.cells.layer());
         let start = usize::from(layer) * len;
-        if let Some(weights) = self.weights.get_mut(start..start + len) {
+        if let Some(weights) = weights.get_mut(start..start + len) {
             shift(weights, columns, right.into(), down.into());
         }
     }
 
     /// Turns the layers so that the first is within half a step of its heading.
-    fn turn(&mut self, step: f32) {
+    fn turn(&mut self, weights: &mut [f32], step: f32) {
         self.heading_rad = wrapped(self.heading_rad);
         let (steps, _) = crate::math::round_clamped(self.heading_rad / step, i16::MAX);
         if steps == 0 {
@@ -110,13 +109,13 @@ impl<const STATES: usize> Belief<STATES> {
         let headings = self.cells.headings();
         let turns = i32::from(steps).checked_rem_euclid(headings.into());
         let (turns, cells) = (turns.unwrap_or(0) as usize, self.cells.layer());
-        rotate(self.active(), turns * cells);
+        rotate(weights, turns * cells);
         let offsets = self.offsets.get_mut(..headings.into());
         rotate(offsets.unwrap_or_default(), turns);
     }
 
     /// Spreads the weights by what the displacements left uncertain.
-    fn spread(&mut self, motion: &Motion, step: f32) {
+    fn spread(&mut self, weights: &mut [f32], motion: &Motion, step: f32) {
         self.spread_px2 += motion.variance_px2.max(0.0);
         self.spread_rad2 += motion.variance_rad2.max(0.0);
         let side = self.cells.side_px();
@@ -128,7 +127,7 @@ impl<const STATES: usize> Belief<STATES> {
             let mut rest = share;
             for _ in 0..8 {
                 let a = (rest / 2.0).min(1.0 / 3.0);
-                for layer in self.active().chunks_exact_mut(len.max(1)) {
+                for layer in weights.chunks_exact_mut(len.max(1)) {
                     blur_layer(layer, columns, a);
                 }
                 rest -= 2.0 * a;
@@ -142,17 +141,21 @@ impl<const STATES: usize> Belief<STATES> {
             self.spread_rad2 = 0.0;
             let a = (share / 2.0).min(1.0 / 3.0);
             for cell in 0..len {
-                let turned = self.active().get_mut(cell..).unwrap_or_default();
+                let turned = weights.get_mut(cell..).unwrap_or_default();
                 blur_circle(turned, len, a);
             }
         }
     }
 }
 
-/// Moves items on by `by`, those at the end to the beginning.
+/// Moves items on by `by`, those at the end to the beginning: by turning round all, then what was and what is ahead.
+/// That is slower than to rotate, and a quarter of the code.
 fn rotate<T>(items: &mut [T], by: usize) {
     if by <= items.len() {
-        items.rotate_right(by);
+        items.reverse();
+        let (ahead, behind) = items.split_at_mut(by);
+        ahead.reverse();
+        behind.reverse();
     }
 }
 
@@ -165,13 +168,20 @@ fn shift(weights: &mut [f32], columns: usize, right: i32, down: i32) {
         return weights.fill(0.0);
     }
     let by = down * columns as i32 + right;
-    let kept = weights.len() - (by.unsigned_abs() as usize).min(weights.len());
+    let cells = Cell::from_mut(&mut *weights).as_slice_of_cells();
+    let start = (by.unsigned_abs() as usize).min(cells.len());
+    let (Some(before), Some(after)) = (cells.get(..cells.len() - start), cells.get(start..)) else {
+        return;
+    };
+    // In the order in which nothing is overwritten before it is moved.
     if by >= 0 {
-        let start = weights.len() - kept;
-        weights.copy_within(..kept, start);
+        for (from, to) in before.iter().rev().zip(after.iter().rev()) {
+            to.set(from.get());
+        }
     } else {
-        let start = weights.len() - kept;
-        weights.copy_within(start.., 0);
+        for (to, from) in before.iter().zip(after) {
+            to.set(from.get());
+        }
     }
     for (row, weights) in weights.chunks_exact_mut(columns).enumerate() {
         let is_new = if down >= 0 {
@@ -264,13 +274,6 @@ fn blur_circle(numbers: &mut [f32], stride: usize, a: f32) {
     }
     if let Some(number) = numbers.get_mut(at) {
         *number = mixed(before, here, first, a);
-    }
-}
-
-impl<const STATES: usize> Belief<STATES> {
-    /// Where the vehicle would be in a state, from the center of its cell.
-    pub(super) fn offset(&self, layer: usize) -> Point {
-        self.offsets.get(layer).copied().unwrap_or(super::ORIGIN)
     }
 }
 

@@ -329,6 +329,15 @@ impl<const PIXELS: usize, const SLOTS: usize> IncrementalPca<PIXELS, SLOTS> {
     }
 }
 
+impl IncrementalPca<400, 16> {
+    /// [`update`](Self::update) by a view of 20×20 pixels, in 15 dimensions. What is generic is compiled with the program
+    /// that uses it, and firmware is made small: six times slower. This is compiled with the core, which is made fast.
+    #[inline(never)]
+    pub fn update_20x20(&mut self, view: &[u8; 400]) -> Option<Step<16>> {
+        self.update(view)
+    }
+}
+
 /// Makes `column` of the eigenimages a unit vector and orthogonal to the others again, on the way to the new basis.
 ///
 /// TᵀT = I + E with E of the size of rounding; T(I − E/2) is orthonormal up to E². Here only the row and the column of

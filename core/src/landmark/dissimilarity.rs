@@ -9,7 +9,7 @@ use super::{LandmarkTable, Metric};
 use crate::{
     eigenspace::{Coefficients, MAX_DIMENSIONS},
     kernel::{BATCH, Dots, Pair},
-    math::sqrt,
+    math::{at_least, at_most, sqrt},
 };
 
 impl LandmarkTable<'_> {
@@ -65,13 +65,13 @@ impl Measure {
         let sum = self.squared_norm.wrapping_add(norm);
         let squared = || sum.wrapping_sub(dot.wrapping_mul(2) as u32) as f32;
         match self.metric {
-            Metric::Euclid => (squared() * self.factor).min(f32::MAX),
+            Metric::Euclid => at_most(squared() * self.factor, f32::MAX),
             Metric::Nssd if sum == 0 => 0.0,
             Metric::Nssd => 0.5 * (squared() / sum as f32),
             // A zero vector is at a right angle to everything.
             Metric::Cosine => {
                 let cosine = dot as f32 * self.factor / sqrt(norm.max(1) as f32);
-                (1.0 - cosine).max(0.0)
+                at_least(1.0 - cosine, 0.0)
             }
         }
     }

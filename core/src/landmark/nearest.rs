@@ -19,7 +19,7 @@ use super::{LandmarkTable, Metric, Width};
 use crate::{
     eigenspace::{Coefficients, MAX_DIMENSIONS},
     kernel::{self, BATCH, Dots, Greatest, Pair, Ranked},
-    math::{angle, sqrt},
+    math::{angle, at_most, sqrt},
 };
 
 /// Single precision rounds by less than this in the four operations of a comparison of cosines.
@@ -62,6 +62,16 @@ impl LandmarkTable<'_> {
         &self,
         coefficients: &Coefficients,
         among: impl IntoIterator<Item = Range<u32>>,
+    ) -> Option<Nearest> {
+        self.search(coefficients, &mut among.into_iter())
+    }
+
+    /// Compiled once for all ways to name ranges.
+    #[inline(never)]
+    fn search(
+        &self,
+        coefficients: &Coefficients,
+        among: &mut dyn Iterator<Item = Range<u32>>,
     ) -> Option<Nearest> {
         if coefficients.dimensions() != self.dimensions {
             return None;
@@ -106,7 +116,7 @@ impl LandmarkTable<'_> {
     #[inline(never)]
     fn scan_split(
         &self,
-        among: impl IntoIterator<Item = Range<u32>>,
+        among: &mut dyn Iterator<Item = Range<u32>>,
         coefficients: &Coefficients,
         search: &mut Search,
     ) {
@@ -119,7 +129,7 @@ impl LandmarkTable<'_> {
     #[inline(always)]
     fn scan(
         &self,
-        among: impl IntoIterator<Item = Range<u32>>,
+        among: &mut dyn Iterator<Item = Range<u32>>,
         width: Width,
         view: &[Pair],
         search: &mut Search,
@@ -156,7 +166,7 @@ impl Search {
     }
 
     /// Offers the landmarks from number `start` on, by their dot products and squared norms.
-    #[inline]
+    #[inline(always)]
     fn offer(&mut self, start: u32, dots: &[i32], norms: &[u32]) {
         let greatest = &mut self.greatest;
         match self.metric {
@@ -177,7 +187,7 @@ impl Search {
             // A − (2a·b − B)
             Metric::Euclid => {
                 let squared = self.squared_norm.wrapping_sub(numerator);
-                (sqrt(squared.max(0) as f32) * step).min(f32::MAX)
+                at_most(sqrt(squared.max(0) as f32) * step, f32::MAX)
             }
             Metric::Nssd if self.squared_norm == 0 => 0.5 - 0.5 * numerator as f32,
             // (A + B − 2a·b) / 2(A + B)

@@ -1,11 +1,15 @@
-//! Rounding and roots whose results have the same bits on every machine.
+//! Rounding, roots and angles whose results have the same bits on every machine.
 //!
 //! `core` has no `f32::sqrt` or `f32::round`, and a platform's own may differ in the last bit. The root is
 //! correctly rounded, by `libm` or by the core's own instruction; rounding is written out here because it also has to saturate.
 
+mod trigonometry;
+
 use core::f32::consts::TAU;
 
 use crate::kernel;
+
+pub use trigonometry::{sin_cos, tan};
 
 /// Square root, correctly rounded. Negative input gives NaN, as in IEEE 754.
 #[must_use]
@@ -72,6 +76,25 @@ pub fn wrapped(angle_rad: f32) -> f32 {
     if angle.abs() < 4.0 { angle } else { 0.0 }
 }
 
+/// The smaller of two numbers, and the limit for NaN. `f32::min` is a call on a Cortex-M4F; this is for hot loops.
+///
+/// ```
+/// use eigenmark_core::math::at_most;
+/// assert_eq!([1.0, 3.0, f32::NAN].map(|x| at_most(x, 2.0)), [1.0, 2.0, 2.0]);
+/// ```
+#[must_use]
+#[inline]
+pub fn at_most(x: f32, limit: f32) -> f32 {
+    if x < limit { x } else { limit }
+}
+
+/// The larger of two numbers, and the limit for NaN, as [`at_most`].
+#[must_use]
+#[inline]
+pub fn at_least(x: f32, limit: f32) -> f32 {
+    if x > limit { x } else { limit }
+}
+
 /// eˣ for x ≤ 0, and 1 above; 0 below −87. Off by at most 2·10⁻⁴ of it.
 ///
 /// ```
@@ -87,7 +110,7 @@ pub fn exp_of_negative(x: f32) -> f32 {
     if x.is_nan() || x <= -87.0 {
         return 0.0;
     }
-    let power = x.min(0.0) * core::f32::consts::LOG2_E;
+    let power = at_most(x, 0.0) * core::f32::consts::LOG2_E;
     let whole = power as i32 - i32::from(power < 0.0);
     let part = power - whole as f32;
     let cubic = 1.0 + part * (0.695_976 + part * (0.224_94 + part * 0.079_084));

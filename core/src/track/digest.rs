@@ -22,7 +22,7 @@ const LATTICES: [(i32, u32); 3] = [(32, 120), (11, 88), (5, 48)];
 /// assert!(pixels.iter().any(|&level| level > 150) && pixels.iter().any(|&level| level < 100));
 /// ```
 pub fn see_ground(placement: &Placement, side_px: u16, pixels: &mut [u8]) {
-    let (sin, cos) = libm::sincosf(placement.heading_rad);
+    let (sin, cos) = crate::math::sin_cos(placement.heading_rad);
     let (side, ratio) = (f32::from(side_px), placement.altitude_ratio);
     let rows = pixels.chunks_exact_mut(usize::from(side_px.max(1)));
     for (row, behind) in rows.zip(0_u16..) {

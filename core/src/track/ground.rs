@@ -40,7 +40,7 @@ impl Ground {
             middle_px: f32::from(square_px) / 2.0 - f32::from(margin),
             per_px: 1.0 / f32::from(square_px.max(1)),
             tilt: tilt.map(|tilt| Rotation {
-                reach: 2.0 * libm::tanf(tilt.field_of_view_rad() / 2.0),
+                reach: 2.0 * crate::math::tan(tilt.field_of_view_rad() / 2.0),
                 roll: sin_cos(tilt.roll_rad()),
                 pitch: sin_cos(tilt.pitch_rad()),
             }),
@@ -133,7 +133,7 @@ mod tests {
             .map(|step| {
                 let angle = step as f32 / 600.0 * crate::preprocess::MAX_TILT_RAD;
                 let [sin, cos] = sin_cos(angle);
-                let (exact_sin, exact_cos) = libm::sincosf(angle);
+                let (exact_sin, exact_cos) = crate::math::sin_cos(angle);
                 (sin - exact_sin).abs().max((cos - exact_cos).abs())
             })
             .fold(0.0, f32::max);
@@ -147,7 +147,7 @@ mod tests {
         let ground = Ground::new(120, 120, pose.tilt());
         let [right, behind] = ground.level([60.0, 60.0]).expect("seen");
         // Right side down: the camera looks left, by the tangent of the roll, in sides of 2·tan 30° altitudes.
-        let expected = -libm::tanf(0.1) / (2.0 * libm::tanf(fov / 2.0));
+        let expected = -crate::math::tan(0.1) / (2.0 * crate::math::tan(fov / 2.0));
         assert!((right - expected).abs() < 0.0015, "{right} {expected}");
         assert!(behind.abs() < 0.0015);
     }

@@ -1,6 +1,6 @@
 //! Path integration: frames → where the vehicle is, relative to where it started.
 
-use core::f32::consts::{PI, TAU};
+use core::f32::consts::PI;
 
 use nalgebra::Vector4;
 
@@ -13,7 +13,7 @@ use super::{
     similarity::{Agreement, Similarity},
     tracks::Tracks,
 };
-use crate::{frame::Frame, preprocess::Tilt};
+use crate::{frame::Frame, math::turn, preprocess::Tilt};
 
 /// When the vehicle turned by this since the reference frame, in radians, or changed its altitude by this share, the
 /// present frame takes its place: windows are not turned or scaled.
@@ -217,13 +217,8 @@ impl<const FRAMES: usize> Odometry<FRAMES> {
     ///
     /// Does nothing and says `false` when a number is not finite or the variance not positive.
     pub fn correct_heading(&mut self, heading_rad: f32, variance: f32) -> bool {
-        let turn = heading_rad - self.placement().heading_rad;
-        if !turn.is_finite() {
-            return false;
-        }
-        let turns = turn / TAU;
-        let turn = turn - TAU * libm::floorf(turns + 0.5);
-        self.correct(2, turn.clamp(-PI, PI), variance)
+        let turn = turn(self.placement().heading_rad, heading_rad);
+        turn.is_finite() && self.correct(2, turn.clamp(-PI, PI), variance)
     }
 
     /// Takes in what an altimeter says of the altitude ratio, with its variance: a Kalman update of its logarithm.

@@ -63,7 +63,7 @@ impl Placement {
 
     /// From ground positions below the vehicle to the plane.
     pub(super) fn similarity(&self) -> Similarity {
-        let (sin, cos) = libm::sincosf(self.heading_rad);
+        let (sin, cos) = crate::math::sin_cos(self.heading_rad);
         Similarity {
             turn: [self.altitude_ratio * cos, self.altitude_ratio * sin],
             shift: [self.x, self.y],

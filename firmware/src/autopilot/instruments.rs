@@ -1,7 +1,7 @@
 //! Messages of the autopilot → what its instruments say.
 
 use eigenmark_core::{
-    math::wrapped,
+    math::{sin_cos, wrapped},
     navigator::Readings,
     preprocess::{MAX_ALTITUDE_RATIO, MIN_ALTITUDE_RATIO, Pose},
     slots::Setup,
@@ -307,7 +307,7 @@ impl Told {
 
 /// Altitude in meters at which the frame's square covers a side in pixels of the map. NaN of a setup without sense.
 pub(super) fn nominal_altitude_m(setup: &Setup, footprint_px: f32) -> f32 {
-    let (sin, cos) = libm::sincosf(setup.field_of_view_rad / 2.0);
+    let (sin, cos) = sin_cos(setup.field_of_view_rad / 2.0);
     if setup.is_valid() && footprint_px > 0.0 && footprint_px.is_finite() {
         footprint_px * setup.meters_per_px * cos / (2.0 * sin)
     } else {

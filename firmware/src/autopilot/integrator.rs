@@ -15,7 +15,7 @@
 
 use eigenmark_core::{
     belief::Estimate,
-    math::{turn, wrapped},
+    math::{sin_cos, turn, wrapped},
     track::Displacement,
 };
 use nalgebra::{ArrayStorage, Matrix3};
@@ -173,7 +173,7 @@ impl Integrator {
 
     /// A way along the heading that was.
     fn add(&mut self, moved: &Displacement, side_m: f32) {
-        let (sin, cos) = libm::sincosf(self.heading_rad);
+        let (sin, cos) = sin_cos(self.heading_rad);
         let turned = Covariance::new(
             side_m * cos,
             -side_m * sin,

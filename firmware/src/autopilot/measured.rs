@@ -1,6 +1,6 @@
 //! A step, and what was told when it began → ODOMETRY and OPTICAL_FLOW_RAD.
 
-use eigenmark_core::{navigator::Guidance, track::Displacement};
+use eigenmark_core::{math::sin_cos, navigator::Guidance, track::Displacement};
 use mavlink::dialects::common::{MavEstimatorType, MavFrame, ODOMETRY_DATA, OPTICAL_FLOW_RAD_DATA};
 use nalgebra::{Matrix3, Vector3};
 
@@ -156,7 +156,7 @@ impl Speed {
             };
         }
         // Along the heading that is, not the one that was.
-        let (sin, cos) = libm::sincosf(moved.yaw_rad);
+        let (sin, cos) = sin_cos(moved.yaw_rad);
         let rate = context.side_m * per_s;
         let forward = (moved.forward * cos + moved.right * sin) * rate;
         let right = (moved.right * cos - moved.forward * sin) * rate;
@@ -222,14 +222,14 @@ impl Speed {
 
 /// From forward, right and down, level, to the axes of a body that is tilted.
 fn to_body(roll_rad: f32, pitch_rad: f32) -> Matrix3<f32> {
-    let (sr, cr) = libm::sincosf(roll_rad);
-    let (sp, cp) = libm::sincosf(pitch_rad);
+    let (sr, cr) = sin_cos(roll_rad);
+    let (sp, cp) = sin_cos(pitch_rad);
     Matrix3::new(cp, 0.0, -sp, sp * sr, cr, cp * sr, sp * cr, -sr, cp * cr)
 }
 
 /// w, x, y and z, of roll, pitch and yaw: from the body's axes to north, east and down.
 fn quaternion(angles_rad: [f32; 3]) -> [f32; 4] {
-    let [(sr, cr), (sp, cp), (sy, cy)] = angles_rad.map(|angle| libm::sincosf(angle / 2.0));
+    let [(sr, cr), (sp, cp), (sy, cy)] = angles_rad.map(|angle| sin_cos(angle / 2.0));
     [
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,

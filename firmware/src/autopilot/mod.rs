@@ -41,6 +41,8 @@ use mavlink::dialects::common::{
     HEARTBEAT_DATA, MavAutopilot, MavModeFlag, MavType, STATUSTEXT_DATA,
 };
 
+use crate::time::ms;
+
 use framer::{Framer, Heard};
 use instruments::{Attitude, Instruments, Told};
 use integrator::{Input, Integrator};
@@ -182,7 +184,7 @@ impl Autopilot {
     /// pose; what was seen of the ground to go by.
     pub fn report(&mut self, step: &Step<'_>, send: &mut impl FnMut(&[u8])) {
         // Milliseconds may come round.
-        let now_ms = (step.now_us / 1000) as u32;
+        let now_ms = ms(step.now_us);
         if let Some(refusal) = self.texts.due(step.refusal, now_ms) {
             self.say(texts::severity(refusal), refusal.words(), send);
         }

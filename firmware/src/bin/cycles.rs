@@ -211,7 +211,7 @@ fn explore(meter: &mut Meter, eigenspace: &mut IncrementalPca<400, 16>) {
     let mut views = VIEWS.iter().cycle();
     let mut explore = || {
         if let Some(view) = views.next() {
-            black_box(eigenspace.update(black_box(view)));
+            black_box(eigenspace.update_20x20(black_box(view)));
         }
     };
     // The first is the mean, fifteen make dimensions; from there on every one grows to sixteen and drops one.

@@ -25,6 +25,7 @@ use crate::{
     desk::{Access, Desk, Due, Wish},
     faults::FaultLog,
     storm::Storm,
+    time::ms,
 };
 
 /// Bytes that are taken from a wire in one turn, at most.
@@ -449,11 +450,6 @@ fn damaged(damage: Damage) -> Reply {
         sequence: None,
         reason: Rejection::Damaged(damage),
     }
-}
-
-/// Milliseconds; they wrap after 49 days.
-fn ms(us: u64) -> u32 {
-    (us / 1000) as u32
 }
 
 /// What has arrived on a wire, up to the buffer's length.

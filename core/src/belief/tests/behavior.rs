@@ -50,8 +50,8 @@ fn whole_cells_move_in_every_direction() {
 fn small_ways_add_up() {
     let words = world(1);
     let mut belief = arbitrary(&atlas(&words), 0);
-    belief.active().fill(0.0);
-    belief.active()[31] = 1.0;
+    belief.parts().1.fill(0.0);
+    belief.parts().1[31] = 1.0;
     let start = belief.estimate(40.0).position;
     for _ in 0..70 {
         belief.predict(
@@ -85,7 +85,7 @@ fn a_kidnapped_vehicle_is_found_again() {
         let atlas = atlas(&words);
         let mut belief = Filter::default();
         belief.begin(&atlas);
-        let cells = belief.cells.layer();
+        let cells = belief.layers.cells.layer();
         // Far from each other, at the last heading.
         let landmarks = [0, 62, 8].map(|cell| (usize::from(headings) - 1) * cells + cell);
         let unnoticed = Motion {
@@ -136,7 +136,7 @@ fn what_the_compass_says_is_kept() {
     );
     let before = belief.clone();
     belief.gate(80_f32.to_radians(), 15_f32.to_radians());
-    let cells = belief.cells.layer();
+    let cells = belief.layers.cells.layer();
     let share = |belief: &Filter, layer: usize| -> f32 {
         belief.weights()[layer * cells..][..cells].iter().sum()
     };
@@ -194,11 +194,11 @@ fn what_is_no_motion_leaves_nothing_known() {
             belief
                 .weights()
                 .iter()
-                .all(|&weight| weight == belief.uniform()),
+                .all(|&weight| weight == belief.layers.uniform()),
             "{motion:?}"
         );
         assert_eq!(
-            belief.way_px,
+            belief.layers.way_px,
             f32::INFINITY,
             "the next frame counts in full"
         );

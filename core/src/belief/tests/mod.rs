@@ -82,10 +82,10 @@ fn seen_at(landmark: usize) -> Coefficients {
 fn arbitrary(atlas: &Atlas<'_>, seed: usize) -> Filter {
     let mut belief = Filter::default();
     belief.begin(atlas);
-    for (index, weight) in belief.active().iter_mut().enumerate() {
+    for (index, weight) in belief.parts().1.iter_mut().enumerate() {
         *weight = (mixed(seed + index) >> 16) as f32;
     }
-    belief.normalize(0.0);
+    let (layers, weights, _) = belief.parts(); layers.normalize(weights, 0.0);
     belief
 }
 

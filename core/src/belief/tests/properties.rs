@@ -58,8 +58,8 @@ proptest! {
         let words = world(headings);
         let mut belief = arbitrary(&atlas(&words), seed);
         belief.predict(&motion, 0.3);
-        belief.active()[peak] = 0.5;
-        belief.normalize(0.0);
+        belief.parts().1[peak] = 0.5;
+        let (layers, weights, _) = belief.parts(); layers.normalize(weights, 0.0);
         let (found, expected) =
             (belief.estimate(footprint_px), Reference::of(&belief).estimate(footprint_px));
         prop_assert!(found.position.distance_px(expected.position) < 1e-2, "{found:?} {expected:?}");
@@ -80,9 +80,9 @@ proptest! {
         let words = world(headings);
         let mut belief = arbitrary(&atlas(&words), 0);
         let layer = usize::from(layer % headings);
-        belief.active().fill(0.0);
-        let cells = belief.cells.layer();
-        belief.active()[layer * cells + cells / 2] = 1.0;
+        belief.parts().1.fill(0.0);
+        let cells = belief.layers.cells.layer();
+        belief.parts().1[layer * cells + cells / 2] = 1.0;
         let before = belief.estimate(2.0 * SIDE_PX);
         let motion = Motion { forward_px, right_px, yaw_rad, ..at_rest() };
         belief.predict(&motion, compass);
@@ -165,7 +165,7 @@ fn assert_matches(belief: &Filter, reference: &Reference) {
         let error = (f64::from(found) - expected).abs();
         assert!(error <= TOLERANCE * expected + 1e-7, "{found} {expected}");
     }
-    for (found, expected) in belief.offsets.iter().zip(&reference.offsets) {
+    for (found, expected) in belief.layers.offsets.iter().zip(&reference.offsets) {
         let error = [
             f64::from(found.x_px) - expected[0],
             f64::from(found.y_px) - expected[1],
@@ -175,11 +175,11 @@ fn assert_matches(belief: &Filter, reference: &Reference) {
             "{found:?} {expected:?}"
         );
     }
-    let error = turn(belief.heading_rad, reference.heading_rad as f32);
+    let error = turn(belief.layers.heading_rad, reference.heading_rad as f32);
     assert!(
         error.abs() < 1e-4,
         "{} {}",
-        belief.heading_rad,
+        belief.layers.heading_rad,
         reference.heading_rad
     );
 }

@@ -26,18 +26,18 @@ pub(super) struct Reference {
 impl Reference {
     /// A twin of a belief.
     pub fn of<const STATES: usize>(belief: &Belief<STATES>) -> Self {
-        let headings = usize::from(belief.cells.headings());
-        let offsets = belief.offsets.iter().take(headings);
+        let headings = usize::from(belief.layers.cells.headings());
+        let offsets = belief.layers.offsets.iter().take(headings);
         Self {
-            cells: belief.cells,
+            cells: belief.layers.cells,
             weights: belief.weights().iter().copied().map(f64::from).collect(),
             offsets: offsets
                 .map(|offset| [offset.x_px, offset.y_px].map(f64::from))
                 .collect(),
-            heading_rad: belief.heading_rad.into(),
-            spread_px2: belief.spread_px2.into(),
-            spread_rad2: belief.spread_rad2.into(),
-            way_px: belief.way_px.into(),
+            heading_rad: belief.layers.heading_rad.into(),
+            spread_px2: belief.layers.spread_px2.into(),
+            spread_rad2: belief.layers.spread_rad2.into(),
+            way_px: belief.layers.way_px.into(),
             is_close: false,
         }
     }

@@ -1,7 +1,10 @@
 //! From the nominal view to the frame: where a view pixel lies.
 
 use super::super::Pose;
-use crate::frame::Frame;
+use crate::{
+    frame::Frame,
+    math::{sin_cos, tan},
+};
 
 /// Fraction bits of frame positions, which are counted from the middle of the top-left pixel.
 pub const FRACTION: u32 = 10;
@@ -33,12 +36,12 @@ pub struct Patch {
 impl Homography {
     pub fn new(frame: &Frame<'_>, pose: &Pose, side: u8) -> Self {
         let half = f32::from(frame.square_side()) / 2.0 * ONE;
-        let (sin_h, cos_h) = libm::sincosf(pose.heading_rad());
+        let (sin_h, cos_h) = sin_cos(pose.heading_rad());
         let ((sin_roll, cos_roll), (sin_pitch, cos_pitch), t) = match pose.tilt() {
             Some(tilt) => (
-                libm::sincosf(tilt.roll_rad()),
-                libm::sincosf(tilt.pitch_rad()),
-                libm::tanf(tilt.field_of_view_rad() / 2.0),
+                sin_cos(tilt.roll_rad()),
+                sin_cos(tilt.pitch_rad()),
+                tan(tilt.field_of_view_rad() / 2.0),
             ),
             None => ((0.0, 1.0), (0.0, 1.0), 1.0),
         };
