@@ -52,7 +52,7 @@ const MAX_RISE: f64 = 0.02;
 const MAX_LOCALIZER_BYTES: u64 = 4 * 1024;
 const MAX_STACK_BYTES: u64 = 8 * 1024;
 const MAX_ODOMETRY_BYTES: u64 = 68 * 1024;
-const MAX_FIRMWARE_BYTES: u64 = 176 * 1024;
+const MAX_FIRMWARE_BYTES: u64 = 96 * 1024;
 const MAX_ATLAS_BYTES: u64 = 16 * 1024;
 
 /// What a flight needs where `memory.x` has statics: the navigator's memory, a frame of 160×120, and 8 KiB for links. And

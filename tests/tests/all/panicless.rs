@@ -10,7 +10,9 @@ use eigenmark_tests::board;
 /// What flies is larger than this; a program from which it was optimized away would prove nothing.
 const LEAST_BYTES: u64 = 20_000;
 
-const FAST: [&str; 4] = [
+const FAST: [&str; 6] = [
+    "--features",
+    "panicless",
     "--config",
     "profile.firmware.opt-level=3",
     "--config",

@@ -85,7 +85,8 @@ fn arbitrary(atlas: &Atlas<'_>, seed: usize) -> Filter {
     for (index, weight) in belief.parts().1.iter_mut().enumerate() {
         *weight = (mixed(seed + index) >> 16) as f32;
     }
-    let (layers, weights, _) = belief.parts(); layers.normalize(weights, 0.0);
+    let (layers, weights, _) = belief.parts();
+    layers.normalize(weights, 0.0);
     belief
 }
 
