@@ -1,4 +1,6 @@
-//! The atlases that `cycles` measures, all of the built-in city.
+//! The atlases that `cycles` measures, all of the built-in city. Each is trained once by a program: tests share them.
+
+use std::sync::{Mutex, PoisonError};
 
 use eigenmark::{
     atlas::AtlasBuffer,
@@ -19,7 +21,8 @@ use eigenmark_core::{
 /// # Errors
 /// None that the built-in city gives.
 pub fn report(progress: &Progress) -> Result<AtlasBuffer, TrainError> {
-    trained(&all(), progress)
+    static TABLE: Table = Table::new(None);
+    shared(&TABLE, &all(), progress)
 }
 
 /// What lies in the flash of each run of `cycles`, slot by slot: the report's table and 1,326 landmarks of as many
@@ -52,11 +55,12 @@ pub fn of_cycles(progress: &Progress) -> Result<Vec<Vec<AtlasBuffer>>, TrainErro
 /// # Errors
 /// None that the built-in city gives.
 pub fn flown(progress: &Progress) -> Result<AtlasBuffer, TrainError> {
+    static TABLE: Table = Table::new(None);
     let settings = Settings {
         dimensions: 48,
         ..narrow()
     };
-    Ok(with_way(&trained(&settings, progress)?))
+    Ok(with_way(&shared(&TABLE, &settings, progress)?))
 }
 
 /// The same atlas with a way through its map: five places in a row, each a leg from the next.
@@ -89,7 +93,8 @@ pub fn with_way(atlas: &AtlasBuffer) -> AtlasBuffer {
 /// # Errors
 /// None that the built-in city gives.
 pub fn dense(progress: &Progress) -> Result<AtlasBuffer, TrainError> {
-    trained(&narrow(), progress)
+    static TABLE: Table = Table::new(None);
+    shared(&TABLE, &narrow(), progress)
 }
 
 fn narrow() -> Settings {
@@ -110,6 +115,22 @@ fn all() -> Settings {
         selection: Selection::All,
         ..Settings::default()
     }
+}
+
+/// Held while it is trained: who needs it meanwhile waits.
+type Table = Mutex<Option<AtlasBuffer>>;
+
+fn shared(
+    table: &Table,
+    settings: &Settings,
+    progress: &Progress,
+) -> Result<AtlasBuffer, TrainError> {
+    let mut table = table.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(atlas) = &*table {
+        return Ok(atlas.clone());
+    }
+    let atlas = trained(settings, progress)?;
+    Ok(table.insert(atlas).clone())
 }
 
 fn trained(settings: &Settings, progress: &Progress) -> Result<AtlasBuffer, TrainError> {

@@ -6,7 +6,10 @@
 
 #![expect(unsafe_code, reason = "these instructions exist only in assembly")]
 
-use core::{arch::asm, mem::MaybeUninit};
+use core::{
+    arch::{asm, naked_asm},
+    mem::MaybeUninit,
+};
 
 use super::{
     BATCH, Cuts, Greatest, PAIRS_PER_GROUP, PIXELS_PER_GROUP, Pair, Pixels, ROWS_PER_BLOCK, SIX,
@@ -531,7 +534,7 @@ fn in_pairs(
 }
 
 /// Rows of sixteen coefficients, one after the other: 13 instructions per row, because the view stays in registers.
-#[inline(always)]
+#[inline(never)]
 fn eight_words(view: &[Pair], rows: &[Pair], dots: &mut [MaybeUninit<i32>]) {
     if dots.is_empty() {
         return;
@@ -929,20 +932,13 @@ pub fn find_square(dots: &[i32], norms: &[u32], least: f32) -> usize {
     whole + portable::find_square(&dots[whole..count], &norms[whole..count], least)
 }
 
-/// See [`portable::square_root`]: one instruction, which rounds as IEEE 754 asks for, and two to get there and back.
-#[inline]
+/// See [`portable::square_root`]: one instruction, which rounds as IEEE 754 asks for, called as a function: `asm!` takes no
+/// registers of floating point, and to get there and back takes four.
+#[inline(always)]
 pub fn square_root(x: f32) -> f32 {
-    let mut bits = x.to_bits();
-    // SAFETY: it reads and writes nothing but its two registers.
-    unsafe {
-        asm!(
-            "vmov    s0, {bits}",
-            "vsqrt.f32 s0, s0",
-            "vmov    {bits}, s0",
-            bits = inout(reg) bits,
-            out("s0") _,
-            options(pure, nomem, nostack),
-        );
+    #[unsafe(naked)]
+    extern "C" fn root(x: f32) -> f32 {
+        naked_asm!(".fpu fpv4-sp-d16", "vsqrt.f32 s0, s0", "bx lr")
     }
-    f32::from_bits(bits)
+    root(x)
 }

@@ -19,6 +19,7 @@ pub fn sqrt(x: f32) -> f32 {
 
 /// The angle of the vector (`along`, `across`) with the first axis, in radians in 0..=π for `across` ≥ 0.
 #[must_use]
+#[inline(never)]
 pub fn angle(across: f32, along: f32) -> f32 {
     libm::atan2f(across, along)
 }
@@ -31,6 +32,7 @@ pub fn angle(across: f32, along: f32) -> f32 {
 /// assert!((turn(0.5, 6.5) - (6.0 - core::f32::consts::TAU)).abs() < 1e-6);
 /// ```
 #[must_use]
+#[inline(never)]
 pub fn turn(from: f32, to: f32) -> f32 {
     let angle = to - from;
     let turns = angle / TAU;
@@ -47,6 +49,7 @@ pub fn turn(from: f32, to: f32) -> f32 {
 /// assert_eq!(whole_turn(-1e-9), 0.0);
 /// ```
 #[must_use]
+#[inline(never)]
 pub fn whole_turn(angle: f32) -> f32 {
     let angle = turn(0.0, angle);
     let positive = if angle < 0.0 { angle + TAU } else { angle };
@@ -62,6 +65,7 @@ pub fn whole_turn(angle: f32) -> f32 {
 /// assert!((heading_of(2.0, 0.0) - core::f32::consts::FRAC_PI_2).abs() < 1e-6);
 /// ```
 #[must_use]
+#[inline(never)]
 pub fn heading_of(right: f32, down: f32) -> f32 {
     if right == 0.0 && down == 0.0 {
         return 0.0;
@@ -71,6 +75,7 @@ pub fn heading_of(right: f32, down: f32) -> f32 {
 
 /// The same direction as `angle_rad`, in radians: −π to π; 0 for what [`turn`] has no angle for.
 #[must_use]
+#[inline(never)]
 pub fn wrapped(angle_rad: f32) -> f32 {
     let angle = turn(0.0, angle_rad);
     if angle.abs() < 4.0 { angle } else { 0.0 }

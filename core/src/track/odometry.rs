@@ -9,7 +9,7 @@ use super::{
     frames::Frames,
     ground::Ground,
     level::{Level, MAX_SIDE_PX, frames_len},
-    placement::{Covariance, Displacement, Placement, is_covariance, of_fit, propagation, turned},
+    placement::{Covariance, Displacement, Placement, is_covariance, of_fit, propagated, turned},
     similarity::{Agreement, Similarity},
     tracks::Tracks,
 };
@@ -208,8 +208,7 @@ impl<const FRAMES: usize> Odometry<FRAMES> {
         }
         let growth = forward_right_to_plane(&d.covariance, self.heading());
         self.move_to(pose);
-        let propagation = propagation([x, y]);
-        self.common = propagation * self.common * propagation.transpose() + growth;
+        self.common = propagated(&self.common, [x, y]) + growth;
         true
     }
 
@@ -319,8 +318,7 @@ impl<const FRAMES: usize> Odometry<FRAMES> {
         }
         let fit = of_fit(agreement);
         let both = fit + self.fit;
-        let propagation = propagation(way);
-        self.common = propagation * self.common * propagation.transpose();
+        self.common = propagated(&self.common, way);
         self.fit = fit;
         self.pose = Some(to);
         self.motion = Some(motion);

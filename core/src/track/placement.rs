@@ -99,15 +99,16 @@ pub(super) fn of_fit(agreement: &Agreement) -> Covariance {
     )
 }
 
-/// How an error before a way [x, y] in the plane is one after it: a wrong heading leads astray, a wrong altitude makes
-/// the way too long.
-pub(super) fn propagation([x, y]: [f32; 2]) -> Covariance {
-    Covariance::new(
+/// The covariance after a way [x, y] in the plane of what had this one before it: a wrong heading leads astray, a wrong
+/// altitude makes the way too long.
+pub(super) fn propagated(covariance: &Covariance, [x, y]: [f32; 2]) -> Covariance {
+    let propagation = Covariance::new(
         1.0, 0.0, -y, x, //
         0.0, 1.0, x, y, //
         0.0, 0.0, 1.0, 0.0, //
         0.0, 0.0, 0.0, 1.0,
-    )
+    );
+    congruent(&propagation, covariance)
 }
 
 /// Turns the place of a covariance by the angle whose cosine and sine these are.
@@ -118,7 +119,13 @@ pub(super) fn turned(covariance: &Covariance, [cos, sin]: [f32; 2]) -> Covarianc
         0.0, 0.0, 1.0, 0.0, //
         0.0, 0.0, 0.0, 1.0,
     );
-    turn * covariance * turn.transpose()
+    congruent(&turn, covariance)
+}
+
+/// By · covariance · Byᵀ: once in flash, unrolled as it is.
+#[inline(never)]
+fn congruent(by: &Covariance, covariance: &Covariance) -> Covariance {
+    by * covariance * by.transpose()
 }
 
 /// Whether a matrix can be a covariance: finite, nothing negative on its diagonal.

@@ -7,13 +7,15 @@
 //! message.
 
 use mavlink::{
-    MAV_STX, MAV_STX_V2, MavlinkVersion, MessageData, calculate_crc,
+    MAV_STX, MAV_STX_V2, MavlinkVersion, MessageData,
     consts::{CHECKSUM_SIZE, MAX_PAYLOAD_LEN, v1, v2},
     dialects::common::{
         ALTITUDE_DATA, ATTITUDE_DATA, DISTANCE_SENSOR_DATA, GLOBAL_POSITION_INT_DATA,
         HEARTBEAT_DATA,
     },
 };
+
+use super::checksum::checksum;
 
 /// Start and header of either version.
 const V1_HEAD_LEN: usize = 1 + v1::HEADER_SIZE;
@@ -217,12 +219,12 @@ fn front(held: &[u8]) -> Front {
         return Front::Other(header);
     };
     let checked = held.get(1..header.body_len);
-    let checksum = held
+    let stored = held
         .get(header.body_len..header.len)
         .and_then(|rest| rest.first_chunk());
-    match (checked, checksum) {
-        (Some(checked), Some(checksum)) => {
-            if calculate_crc(checked, seed) == u16::from_le_bytes(*checksum) {
+    match (checked, stored) {
+        (Some(checked), Some(stored)) => {
+            if checksum(checked, seed) == u16::from_le_bytes(*stored) {
                 Front::Wanted(header)
             } else {
                 Front::Nothing
@@ -249,7 +251,8 @@ pub(super) mod tests {
     use std::vec::Vec;
 
     use mavlink::{
-        MAVLinkV1MessageRaw, MAVLinkV2MessageRaw, MavHeader, dialects::common::VFR_HUD_DATA,
+        MAVLinkV1MessageRaw, MAVLinkV2MessageRaw, MavHeader, calculate_crc,
+        dialects::common::VFR_HUD_DATA,
     };
     use proptest::{collection::vec, prelude::*, sample::Index, test_runner::RngSeed};
 

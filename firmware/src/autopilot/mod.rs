@@ -20,6 +20,7 @@
 //! (m/s)², 100 (rad/s)². Variances of altitude (1.8 % of it, squared), roll and pitch (1°, squared) are assumptions:
 //! they were told without.
 
+mod checksum;
 mod framer;
 mod instruments;
 mod integrator;

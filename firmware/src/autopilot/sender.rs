@@ -1,10 +1,12 @@
 //! Messages → bytes.
 
 use mavlink::{
-    MAV_STX_V2, MavlinkVersion, MessageData, calculate_crc,
+    MAV_STX_V2, MavlinkVersion, MessageData,
     consts::{CHECKSUM_SIZE, MAX_PAYLOAD_LEN, v2},
     dialects::common::MavComponent,
 };
+
+use super::checksum::checksum;
 
 /// Start and header.
 const HEAD_LEN: usize = 1 + v2::MIN_HEADER_SIZE;
@@ -62,7 +64,7 @@ impl Sender {
         ];
         self.sequence = self.sequence.wrapping_add(1);
         let end = HEAD_LEN + len;
-        let checksum = calculate_crc(frame.get(1..end)?, seed).to_le_bytes();
+        let checksum = checksum(frame.get(1..end)?, seed).to_le_bytes();
         *frame.get_mut(end..)?.first_chunk_mut()? = checksum;
         frame.get(..end + CHECKSUM_SIZE)
     }

@@ -36,7 +36,9 @@ fn main() -> ! {
         None => defmt::warn!("no slot holds a valid atlas"),
     }
     let writer = Writer::new(board::REGION_OFFSET, atlas_region::slot_len() as u32);
-    let (memory, pixels) = (MEMORY.take(), PIXELS.take());
+    let (Some(memory), Some(pixels)) = (MEMORY.try_take(), PIXELS.try_take()) else {
+        crash::reset()
+    };
     Flight::new(parts, &region, writer, memory, &mut pixels.0, faults).fly()
 }
 

@@ -14,6 +14,7 @@ mod simulate;
 use std::{
     fs,
     path::{Path, PathBuf},
+    sync::OnceLock,
 };
 
 use eigenmark::map::Map;
@@ -46,12 +47,22 @@ impl Fixture {
             .save(fixture.path("tiny.png"))
             .expect("writable");
         fs::write(fixture.path("text.png"), "this is no picture\n").expect("writable");
+        // Trained by the first that needs it.
+        static ATLAS: OnceLock<Vec<u8>> = OnceLock::new();
+        let atlas = ATLAS.get_or_init(|| fixture.train());
+        fs::write(fixture.path("good.atlas"), atlas).expect("writable");
+        fs::write(fixture.path("cut.atlas"), &atlas[..atlas.len() - 7]).expect("writable");
+        fs::write(fixture.path("long.atlas"), [&atlas[..], b"more"].concat()).expect("writable");
+        fixture
+    }
+
+    fn train(&self) -> Vec<u8> {
         let out = run(&[
             "train",
             "--map",
-            &fixture.name("map.png"),
+            &self.name("map.png"),
             "--out",
-            &fixture.name("good.atlas"),
+            &self.name("good.atlas"),
             "--view-size",
             "100",
             "--scale",
@@ -64,10 +75,7 @@ impl Fixture {
             "{}",
             String::from_utf8_lossy(&out.stderr)
         );
-        let atlas = fs::read(fixture.path("good.atlas")).expect("written");
-        fs::write(fixture.path("cut.atlas"), &atlas[..atlas.len() - 7]).expect("writable");
-        fs::write(fixture.path("long.atlas"), [&atlas[..], b"more"].concat()).expect("writable");
-        fixture
+        fs::read(self.path("good.atlas")).expect("written")
     }
 
     fn path(&self, name: &str) -> PathBuf {
