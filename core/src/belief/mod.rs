@@ -21,8 +21,8 @@
 //!   confidence.
 //!
 //! **Cost.** Six bytes per state. An observation streams the landmark table and passes over the states twice. On the
-//! target, with 3,621 landmarks of 48 dimensions (8 bits) and 4,941 states: 146,541 instructions to predict, 744,378
-//! when weights are spread as widely as they ever are; 487,841 to observe; 44,786 to estimate.
+//! target, with 3,621 landmarks of 48 dimensions (8 bits) and 4,941 states: 191,773 instructions to predict, 954,313
+//! when weights are spread as widely as they ever are; 462,648 to observe; 60,591 to estimate.
 //!
 //! **Limits.** Off the map there are no states: a vehicle that leaves it is believed to be somewhere else.
 

@@ -49,7 +49,7 @@
 //! and gamma between 0.7 and 1.3; the same with tilts of 4° told wrong by up to 1°, a compass and an altimeter. Corners
 //! are 0.04 to 0.07 pixel from the truth (median), as OpenCV's are.
 //!
-//! **Cost.** 2,036,351 instructions on the target for a frame of 200×200 with 20 corners, detection included; 3,406,869
+//! **Cost.** 2,115,511 instructions on the target for a frame of 200×200 with 20 corners, detection included; 3,542,886
 //! when none is found again. 66,232 bytes of state for such frames, of which the one that is tracked from takes 40,000;
 //! 27,856 bytes for frames of 128×128; and 5,900 bytes of stack.
 //!

@@ -42,7 +42,7 @@
 //! by map and normalization against 84 to 98 %. Twice the spacing there costs 2 percentage points of `known`, a single
 //! sample up to 15.
 //!
-//! **Cost.** 248,554 instructions on the target for 160×120 → 20×20, at heading 30°, altitude 1.1, roll 5°, pitch −4°:
+//! **Cost.** 240,256 instructions on the target for 160×120 → 20×20, at heading 30°, altitude 1.1, roll 5°, pitch −4°:
 //! 25 per sample and 200 per view pixel besides. No tables, in memory or on the stack.
 //!
 //! **Limits.** Within a view pixel the homography is linear: with 2×2 pixels and a tilt of 12°, levels of a smooth frame
