@@ -44,7 +44,7 @@ pub fn slot(slot: Slot) -> Option<&'static [u8]> {
     })
 }
 
-/// What is in the slots. Why there is no atlas in one is asked over the link: words for every reason take 2 KiB of flash.
+/// What is in the slots. Why there is no atlas in one is asked over the link: to log every reason takes 2 KiB of flash.
 #[must_use]
 pub fn read() -> Region<'static> {
     let region = Region::read(bytes(), slot_len());

@@ -92,7 +92,7 @@ pub fn panicked(info: &PanicInfo<'_>) -> ! {
     end_by_panic(info.location().map_or(0, |location| location.line()))
 }
 
-/// The same without one: what flies has no panic, so there is none to provoke.
+/// The same without one: nothing that flies can panic, so there is none to provoke.
 pub fn end_by_panic(line: u32) -> ! {
     end(Crash::Panic { line })
 }

@@ -5,6 +5,10 @@ use eigenmark_core::link::{Cause, Crash, Faults};
 /// Bytes that are kept over resets.
 pub const KEPT_LEN: usize = 128;
 
+/// Words that faults are kept as, each with its complement.
+const WORDS: usize = 8;
+const _: () = assert!(KEPT_LEN >= 8 * WORDS);
+
 /// Faults before the last reset and since, and where they are kept.
 #[derive(Debug)]
 pub struct FaultLog<'k> {
@@ -119,9 +123,16 @@ fn write(kept: &mut [u8; KEPT_LEN], faults: &Faults) {
         Some(Crash::Hang { pc, lr }) => (3, [pc, lr, 0, 0]),
         Some(Crash::Panic { line }) => (4, [line, 0, 0, 0]),
     };
+    let cause = match faults.cause {
+        Cause::PowerOn => 0,
+        Cause::BrownOut => 1,
+        Cause::Pin => 2,
+        Cause::Software => 3,
+        Cause::Watchdog => 4,
+    };
     let pair = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
     let counts = [
-        pair(faults.cause as u16, kind),
+        pair(cause, kind),
         pair(faults.resets, faults.by_watchdog),
         pair(faults.by_brown_out, faults.worn_pages),
         pair(faults.camera_losses, faults.link_storms),
@@ -133,7 +144,7 @@ fn write(kept: &mut [u8; KEPT_LEN], faults: &Faults) {
 }
 
 fn read(kept: &[u8; KEPT_LEN]) -> Option<Faults> {
-    let mut words = [0; 8];
+    let mut words = [0; WORDS];
     for (word, place) in words.iter_mut().zip(kept.as_chunks().0) {
         let both = u64::from_le_bytes(*place);
         *word = (both >> 32) as u32;
@@ -150,16 +161,18 @@ fn read(kept: &[u8; KEPT_LEN]) -> Option<Faults> {
     let [pc, lr, status, address] = crash;
     Some(Faults {
         cause: match cause {
+            0 => Cause::PowerOn,
             1 => Cause::BrownOut,
             2 => Cause::Pin,
             3 => Cause::Software,
             4 => Cause::Watchdog,
-            _ => Cause::PowerOn,
+            _ => return None,
         },
         resets,
         by_watchdog,
         by_brown_out,
         crash: match kind {
+            0 => None,
             1 => Some(Crash::HardFault {
                 pc,
                 lr,
@@ -169,7 +182,7 @@ fn read(kept: &[u8; KEPT_LEN]) -> Option<Faults> {
             2 => Some(Crash::StackOverflow { pc, lr }),
             3 => Some(Crash::Hang { pc, lr }),
             4 => Some(Crash::Panic { line: pc }),
-            _ => None,
+            _ => return None,
         },
         camera_losses,
         link_storms,
@@ -211,9 +224,6 @@ pub fn stm32h7_cause(rsr: u32) -> Option<Cause> {
 mod tests {
     use super::*;
 
-    /// Bytes of [`KEPT_LEN`] that are written.
-    const USED_LEN: usize = 64;
-
     const CRASH: Crash = Crash::HardFault {
         pc: u32::MAX,
         lr: u32::MAX,
@@ -254,21 +264,28 @@ mod tests {
 
     #[test]
     fn every_record_is_read_as_it_was_written_and_a_damaged_one_begins_anew() {
-        let largest = Faults {
-            cause: Cause::Watchdog,
-            resets: u16::MAX,
-            by_watchdog: u16::MAX,
-            by_brown_out: u16::MAX,
-            crash: Some(CRASH),
-            camera_losses: u16::MAX,
-            link_storms: u16::MAX,
+        let different = Faults {
+            cause: Cause::PowerOn,
+            resets: 1,
+            by_watchdog: 2,
+            by_brown_out: 3,
+            crash: None,
+            camera_losses: 4,
+            link_storms: 5,
             worn_pages: u16::MAX,
         };
+        let hard_fault = Crash::HardFault {
+            pc: 1,
+            lr: 2,
+            status: 3,
+            address: u32::MAX,
+        };
         for crash in [
-            CRASH,
-            Crash::StackOverflow { pc: 1, lr: 2 },
-            Crash::Hang { pc: 1, lr: 2 },
-            Crash::Panic { line: 1 },
+            None,
+            Some(hard_fault),
+            Some(Crash::StackOverflow { pc: 1, lr: 2 }),
+            Some(Crash::Hang { pc: 1, lr: 2 }),
+            Some(Crash::Panic { line: 1 }),
         ] {
             for cause in [
                 Cause::PowerOn,
@@ -279,8 +296,8 @@ mod tests {
             ] {
                 let faults = Faults {
                     cause,
-                    crash: Some(crash),
-                    ..largest
+                    crash,
+                    ..different
                 };
                 let mut kept = [0; KEPT_LEN];
                 write(&mut kept, &faults);
@@ -288,8 +305,8 @@ mod tests {
             }
         }
         let mut kept = [0; KEPT_LEN];
-        write(&mut kept, &largest);
-        for bit in 0..USED_LEN * 8 {
+        write(&mut kept, &different);
+        for bit in 0..8 * WORDS * 8 {
             let mut damaged = kept;
             damaged[bit / 8] ^= 1 << (bit % 8);
             assert_eq!(read(&damaged), None, "bit {bit}");

@@ -1,4 +1,5 @@
-//! The atlases that `cycles` measures, all of the built-in city. Each is trained once by a program: tests share them.
+//! The atlases that `cycles` measures, all of the built-in city. Those that several tests need are trained once by a
+//! program.
 
 use std::sync::{Mutex, PoisonError};
 

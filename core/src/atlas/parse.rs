@@ -2,6 +2,7 @@
 //! landmarks, places and legs.
 
 use bytemuck::Pod;
+use postcard::ser_flavors::Size;
 
 use super::{
     ALIGNMENT, Atlas, AtlasError, Header, Layout, MAGIC, MAX_HEADER_LEN, PREAMBLE_LEN, Part,
@@ -233,7 +234,7 @@ fn decode_header(bytes: &[u8], len: u16) -> Result<Header, AtlasError> {
 /// Whether a header is encoded as [`emit`](super::emit()) does it: the same number can also be written with more bytes,
 /// and in no other way.
 fn is_shortest(encoded: &[u8], header: &Header) -> bool {
-    postcard::experimental::serialized_size(header) == Ok(encoded.len())
+    postcard::serialize_with_flavor(header, Size::default()) == Ok(encoded.len())
 }
 
 fn check_header(header: &Header) -> Result<(), AtlasError> {
@@ -459,7 +460,7 @@ fn check_landmarks(table: &LandmarkTable<'_>, candidates: u32) -> Result<(), Atl
     }
 }
 
-#[inline(never)]
+#[inline(never)] // once in flash
 fn check_numbers(part: Part, numbers: &[f32], sign: &Sign) -> Result<(), AtlasError> {
     for (&number, index) in numbers.iter().zip(0..) {
         let has_sign = match sign {

@@ -60,8 +60,8 @@ pub struct Belief<const STATES: usize> {
     least: [u16; STATES],
 }
 
-/// All but the weights: the grid, and how its layers of one heading each lie under the vehicle. Weights are given to its
-/// methods: as many as there are states.
+/// All but the weights: the grid, and how its layers of one heading each lie under the vehicle. Weights are given to
+/// its methods: as many as there are states.
 #[derive(Clone, Debug)]
 struct Layers {
     cells: Cells,
@@ -165,6 +165,12 @@ impl<const STATES: usize> Belief<STATES> {
     }
 }
 
+impl<const STATES: usize> Default for Belief<STATES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Layers {
     #[inline(never)]
     fn forget(&mut self, weights: &mut [f32]) {
@@ -196,11 +202,5 @@ impl Layers {
     /// Where the vehicle would be in a state, from the center of its cell.
     fn offset(&self, layer: usize) -> Point {
         self.offsets.get(layer).copied().unwrap_or(ORIGIN)
-    }
-}
-
-impl<const STATES: usize> Default for Belief<STATES> {
-    fn default() -> Self {
-        Self::new()
     }
 }

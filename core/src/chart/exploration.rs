@@ -194,7 +194,10 @@ where
 
     /// Path integration, and what helps it.
     fn integrate(&mut self, frame: &Frame<'_>, readings: &Readings) -> Option<Displacement> {
-        let compass = readings.heading_rad.filter(|heading| heading.is_finite());
+        let compass = readings
+            .heading_rad
+            .filter(|heading| heading.is_finite())
+            .map(wrapped);
         let is_first = !core::mem::replace(&mut self.has_begun, true);
         let odometry = &mut self.memory.odometry;
         if is_first {

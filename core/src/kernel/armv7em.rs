@@ -534,7 +534,7 @@ fn in_pairs(
 }
 
 /// Rows of sixteen coefficients, one after the other: 13 instructions per row, because the view stays in registers.
-#[inline(never)]
+#[inline(never)] // once in flash
 fn eight_words(view: &[Pair], rows: &[Pair], dots: &mut [MaybeUninit<i32>]) {
     if dots.is_empty() {
         return;
@@ -932,10 +932,13 @@ pub fn find_square(dots: &[i32], norms: &[u32], least: f32) -> usize {
     whole + portable::find_square(&dots[whole..count], &norms[whole..count], least)
 }
 
-/// See [`portable::square_root`]: one instruction, which rounds as IEEE 754 asks for, called as a function: `asm!` takes no
-/// registers of floating point, and to get there and back takes four.
+/// See [`portable::square_root`]: one instruction, which rounds as IEEE 754 asks for. Called as a function, whose
+/// argument is in s0 already: `asm!` has no floating-point registers on this target, and four more instructions would
+/// bring it there and back.
 #[inline(always)]
 pub fn square_root(x: f32) -> f32 {
+    // SAFETY: argument and result of this calling convention are in s0, and nothing else is touched. The assembler is
+    // not told by the target which floating-point unit there is.
     #[unsafe(naked)]
     extern "C" fn root(x: f32) -> f32 {
         naked_asm!(".fpu fpv4-sp-d16", "vsqrt.f32 s0, s0", "bx lr")

@@ -9,7 +9,7 @@ use core::f32::consts::TAU;
 
 use crate::kernel;
 
-pub use trigonometry::{sin_cos, tan};
+pub use trigonometry::{MAX_ANGLE_RAD, sin_cos, tan};
 
 /// Square root, correctly rounded. Negative input gives NaN, as in IEEE 754.
 #[must_use]
@@ -19,7 +19,7 @@ pub fn sqrt(x: f32) -> f32 {
 
 /// The angle of the vector (`along`, `across`) with the first axis, in radians in 0..=π for `across` ≥ 0.
 #[must_use]
-#[inline(never)]
+#[inline(never)] // once in flash
 pub fn angle(across: f32, along: f32) -> f32 {
     libm::atan2f(across, along)
 }
@@ -32,7 +32,7 @@ pub fn angle(across: f32, along: f32) -> f32 {
 /// assert!((turn(0.5, 6.5) - (6.0 - core::f32::consts::TAU)).abs() < 1e-6);
 /// ```
 #[must_use]
-#[inline(never)]
+#[inline(never)] // once in flash
 pub fn turn(from: f32, to: f32) -> f32 {
     let angle = to - from;
     let turns = angle / TAU;
@@ -49,7 +49,7 @@ pub fn turn(from: f32, to: f32) -> f32 {
 /// assert_eq!(whole_turn(-1e-9), 0.0);
 /// ```
 #[must_use]
-#[inline(never)]
+#[inline(never)] // once in flash
 pub fn whole_turn(angle: f32) -> f32 {
     let angle = turn(0.0, angle);
     let positive = if angle < 0.0 { angle + TAU } else { angle };
@@ -65,7 +65,7 @@ pub fn whole_turn(angle: f32) -> f32 {
 /// assert!((heading_of(2.0, 0.0) - core::f32::consts::FRAC_PI_2).abs() < 1e-6);
 /// ```
 #[must_use]
-#[inline(never)]
+#[inline(never)] // once in flash
 pub fn heading_of(right: f32, down: f32) -> f32 {
     if right == 0.0 && down == 0.0 {
         return 0.0;
@@ -75,7 +75,7 @@ pub fn heading_of(right: f32, down: f32) -> f32 {
 
 /// The same direction as `angle_rad`, in radians: −π to π; 0 for what [`turn`] has no angle for.
 #[must_use]
-#[inline(never)]
+#[inline(never)] // once in flash
 pub fn wrapped(angle_rad: f32) -> f32 {
     let angle = turn(0.0, angle_rad);
     if angle.abs() < 4.0 { angle } else { 0.0 }
@@ -94,6 +94,11 @@ pub fn at_most(x: f32, limit: f32) -> f32 {
 }
 
 /// The larger of two numbers, and the limit for NaN, as [`at_most`].
+///
+/// ```
+/// use eigenmark_core::math::at_least;
+/// assert_eq!([1.0, 3.0, f32::NAN].map(|x| at_least(x, 2.0)), [2.0, 3.0, 2.0]);
+/// ```
 #[must_use]
 #[inline]
 pub fn at_least(x: f32, limit: f32) -> f32 {

@@ -9,7 +9,7 @@
 //! **Cost.** On the target, from a frame of 160×120 to a command, with 3,621 landmarks of 48 dimensions (8 bits) and 4,941
 //! states: 2,943,077 instructions in the costliest step of a flight; 5,163,720 in the costliest that is known, when no
 //! corner is found again and the belief spreads as widely as it ever does. A frame of thirty per second has 5,600,000 at
-//! 168 MHz. A landmark more costs some 200, a state more 45 to 165.
+//! 168 MHz. A landmark more costs some 200, a state more 50 to 205.
 //!
 //! **A wrong compass.** Where landmarks were stored at one heading, frames are levelled by the compass. How far it is off
 //! is learned from how alike frames and landmarks look (`compass`): what is believed of the heading is corrected by that, and

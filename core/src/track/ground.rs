@@ -5,7 +5,9 @@
 //! and field of view as in [`Pose`](crate::preprocess::Pose).
 //!
 //! **Accuracy.** Sines and cosines of the tilt are those of `micromath`, 0.0011 off at most: as if the vehicle were
-//! tilted by 0.06° more or less, which is far below what an autopilot knows, and harmless for the same reason, see the notes on tilt in [`track`](super). The field of view would be a lasting error of scale, so its tangent comes from `libm`.
+//! tilted by 0.06° more or less, which is far below what an autopilot knows, and harmless for the same reason, see the
+//! notes on tilt in [`track`](super). The field of view would be a lasting error of scale, so its tangent is exact
+//! ([`math`](crate::math)).
 
 use micromath::F32Ext;
 

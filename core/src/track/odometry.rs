@@ -110,7 +110,8 @@ impl<const FRAMES: usize> Odometry<FRAMES> {
 
     /// Takes the vehicle to be at `start`, known to `covariance`, as after a fix. Corners that are tracked stay so.
     ///
-    /// Does nothing and says `false` when a number is not finite, the altitude not positive, or a variance negative.
+    /// Does nothing and says `false` when the start is not [valid](Placement::is_valid), a number of the covariance is
+    /// not finite, or a variance is negative.
     pub fn restart(&mut self, start: Placement, covariance: &Covariance) -> bool {
         if !start.is_valid() || !is_covariance(covariance) {
             return false;
@@ -182,8 +183,9 @@ impl<const FRAMES: usize> Odometry<FRAMES> {
 
     /// Takes in a displacement that was not seen: dead reckoning, after [`advance`](Self::advance) gave `None`.
     ///
-    /// Does nothing and says `false` when a number is not finite, the scale not positive, or a variance negative, and
-    /// while it [waits](Self::is_waiting): the next frame may show that displacement.
+    /// Does nothing and says `false` when a number is not finite, the turn not within
+    /// [`MAX_ANGLE_RAD`](crate::math::MAX_ANGLE_RAD), the scale not positive, or a variance negative, and while it
+    /// [waits](Self::is_waiting): the next frame may show that displacement.
     pub fn skip(&mut self, displacement: &Displacement) -> bool {
         let d = displacement;
         let step = Placement {
@@ -214,10 +216,11 @@ impl<const FRAMES: usize> Odometry<FRAMES> {
 
     /// Takes in what a compass says of the heading, in radians, with its variance: a Kalman update.
     ///
-    /// Does nothing and says `false` when a number is not finite or the variance not positive.
+    /// Does nothing and says `false` when a number is not finite, the heading is none ([`turn`]), or the variance is
+    /// not positive.
     pub fn correct_heading(&mut self, heading_rad: f32, variance: f32) -> bool {
         let turn = turn(self.placement().heading_rad, heading_rad);
-        turn.is_finite() && self.correct(2, turn.clamp(-PI, PI), variance)
+        turn.abs() < 4.0 && self.correct(2, turn.clamp(-PI, PI), variance)
     }
 
     /// Takes in what an altimeter says of the altitude ratio, with its variance: a Kalman update of its logarithm.

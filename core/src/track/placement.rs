@@ -3,6 +3,7 @@
 use nalgebra::Matrix4;
 
 use super::similarity::{Agreement, Similarity};
+use crate::math::{MAX_ANGLE_RAD, sin_cos};
 
 /// Covariance of x, y (sides), heading (radians) and the logarithm of the altitude ratio, in this order; or of
 /// forward, right, yaw and the logarithm of the scale.
@@ -54,16 +55,18 @@ impl Placement {
         altitude_ratio: 1.0,
     };
 
-    /// Whether all numbers are finite and the altitude is positive.
+    /// Whether all numbers are finite, the heading is within [`MAX_ANGLE_RAD`], and the altitude is positive.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        let numbers = [self.x, self.y, self.heading_rad, self.altitude_ratio];
-        numbers.iter().all(|number| number.is_finite()) && self.altitude_ratio > 0.0
+        let numbers = [self.x, self.y, self.altitude_ratio];
+        numbers.iter().all(|number| number.is_finite())
+            && self.heading_rad.abs() <= MAX_ANGLE_RAD
+            && self.altitude_ratio > 0.0
     }
 
     /// From ground positions below the vehicle to the plane.
     pub(super) fn similarity(&self) -> Similarity {
-        let (sin, cos) = crate::math::sin_cos(self.heading_rad);
+        let (sin, cos) = sin_cos(self.heading_rad);
         Similarity {
             turn: [self.altitude_ratio * cos, self.altitude_ratio * sin],
             shift: [self.x, self.y],

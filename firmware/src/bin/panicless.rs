@@ -1,18 +1,19 @@
 //! Links only when nothing that flies can panic: its panic handler calls a function that does not exist.
 //!
 //! It is built, not run, and, unlike what flies, made fast: only then does the compiler see all that cannot fail.
-//! Everything that stands between untrusted bytes and a fix is called with input that the compiler cannot see through: an
-//! atlas is parsed, frames come as pixels, are reduced to views and tracked, belief, route and mission make commands of
-//! them, and without an atlas a chart is explored and flown over; then all of the flight, with cameras on buses, both
-//! wires, and flash that is read and written. Where the optimizer leaves one check that can fail in any of that, the handler
-//! is linked and the linker reports that `a_panic_path_is_linked` is undefined.
+//! Everything that stands between untrusted bytes and a fix is called with input that the compiler cannot see through:
+//! an atlas is parsed, frames come as pixels, are reduced to views and tracked, belief, route and mission make commands
+//! of them, and without an atlas a chart is explored and flown over; then all of the flight, with cameras on buses,
+//! both wires, and flash that is read and written. Where the optimizer leaves one check that can fail in any of that,
+//! the handler is linked and the linker reports that `a_panic_path_is_linked` is undefined.
 //!
 //! To find the culprit, link all the same, and ask for the calls of the panicking functions and their inlined callers
 //! (`llvm-objdump` and `llvm-symbolizer` are in Debian's package `llvm`):
 //!
 //! ```sh
 //! cargo rustc --package eigenmark-firmware --profile firmware --target thumbv7em-none-eabihf --bin panicless \
-//!     --features panicless --config profile.firmware.opt-level=3 --config profile.firmware.package.eigenmark-core.opt-level=3 \
+//!     --features panicless --config profile.firmware.opt-level=3 \
+//!     --config profile.firmware.package.eigenmark-core.opt-level=3 \
 //!     -- -C link-arg=--defsym=a_panic_path_is_linked=0
 //! elf=target/thumbv7em-none-eabihf/firmware/panicless
 //! llvm-objdump --disassemble $elf | sed -nE 's/^ *([0-9a-f]+):.*\bbl.*<.*(panicking|_fail).*/0x\1/p' |

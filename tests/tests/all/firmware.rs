@@ -46,9 +46,8 @@ const RENDERED_EVERY: usize = 5;
 /// Instruction counts and sizes may rise by this share before the record must be renewed.
 const MAX_RISE: f64 = 0.02;
 
-/// Budgets: RAM of the localizer without frames and of the odometry, stack of each, flash of the navigator without an atlas
-/// (the project's is 96 KiB, of a firmware that only localizes; the README says why all that flies needs more), and the
-/// report's atlas.
+/// Budgets: RAM of the localizer without frames and of the odometry, stack of each, flash of the navigator without an
+/// atlas, and the report's atlas.
 const MAX_LOCALIZER_BYTES: u64 = 4 * 1024;
 const MAX_STACK_BYTES: u64 = 8 * 1024;
 const MAX_ODOMETRY_BYTES: u64 = 68 * 1024;

@@ -1,6 +1,6 @@
 //! Nothing that flies can panic: `firmware/src/bin/panicless.rs` links only then.
 //!
-//! The compiler has to see that no check can fail, so here it is to make everything fast. What flies is the same source,
+//! The compiler has to see that no check can fail, so here it makes everything fast. What flies is the same source,
 //! made small: checks stay in it that cannot fail.
 
 use std::fs;
@@ -20,7 +20,7 @@ const FAST: [&str; 6] = [
 ];
 
 #[test]
-fn no_panic_path_is_linked_into_what_flies() {
+fn nothing_that_flies_can_panic() {
     let path = board::firmware_with("panicless", &FAST).expect("links, because nothing can panic");
     let bytes = board::flash_bytes(&fs::read(path).expect("readable")).expect("an ELF file");
     println!("panicless: {bytes} bytes of flash");

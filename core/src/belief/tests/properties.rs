@@ -59,7 +59,8 @@ proptest! {
         let mut belief = arbitrary(&atlas(&words), seed);
         belief.predict(&motion, 0.3);
         belief.parts().1[peak] = 0.5;
-        let (layers, weights, _) = belief.parts(); layers.normalize(weights, 0.0);
+        let (layers, weights, _) = belief.parts();
+        layers.normalize(weights, 0.0);
         let (found, expected) =
             (belief.estimate(footprint_px), Reference::of(&belief).estimate(footprint_px));
         prop_assert!(found.position.distance_px(expected.position) < 1e-2, "{found:?} {expected:?}");

@@ -32,8 +32,8 @@
 //! 2.1, and 5×5 give 0.3 for half as much work again. Rejected, as worse for the same work: single pixels without
 //! weights, 2×2 pixels without weights, rows staggered by half a step, Fibonacci rasters.
 //!
-//! Sines, cosines and the tangent come from `libm`: those of `micromath` are 0.0011 off, which is 0.09 pixel in the
-//! corner of a frame of 120×120.
+//! Sines, cosines and the tangent are those of [`math`](crate::math): `micromath`'s are 0.0011 off, which is 0.09 pixel
+//! in the corner of a frame of 120×120.
 //!
 //! **Guesses.** Repeating the border leaves more views `known` than giving unseen pixels the mean of the seen ones, most
 //! of all under contrast normalization: on wellington at 45°, where 92 % is seen, 15 % of the views that are shifted by

@@ -382,6 +382,19 @@ fn nonsense_is_refused() {
             ..still()
         }));
     }
+    for bad in [f32::NAN, f32::INFINITY, 1e4, -1e30] {
+        let heading_rad = bad;
+        let turned = Placement {
+            heading_rad,
+            ..Placement::ORIGIN
+        };
+        assert!(!odometry.restart(turned, &Covariance::zeros()));
+        assert!(!odometry.skip(&Displacement {
+            yaw_rad: bad,
+            ..still()
+        }));
+    }
+    assert!(!odometry.correct_heading(-1e30, 1.0));
     for bad in [0.0, -1.0] {
         assert!(!odometry.correct_heading(0.1, bad) && !odometry.correct_altitude(1.1, bad));
         assert!(!odometry.correct_altitude(bad, 1.0));

@@ -19,7 +19,7 @@ impl<'a> Sampler<'a> {
     }
 
     /// 2¹⁶ times the level at (x, y), in 1/2¹⁶ pixels; pixel centers lie at whole pixels.
-    #[inline(always)]
+    #[inline(always)] // a frame is hundreds of thousands of them
     pub(super) fn bilinear(&self, x: i64, y: i64) -> u32 {
         let (u, v) = ((x >> 8 & 0xff) as u32, (y >> 8 & 0xff) as u32);
         let between = |left: u8, right: u8| u32::from(left) * (256 - u) + u32::from(right) * u;
