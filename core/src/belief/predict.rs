@@ -149,7 +149,7 @@ impl Layers {
 }
 
 /// Moves items on by `by`, those at the end to the beginning: by turning round all, then what was and what is ahead.
-/// That is slower than to rotate, and a quarter of the code.
+/// That is slower than to rotate, and less code.
 fn rotate<T>(items: &mut [T], by: usize) {
     if by <= items.len() {
         items.reverse();

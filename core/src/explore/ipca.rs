@@ -331,7 +331,7 @@ impl<const PIXELS: usize, const SLOTS: usize> IncrementalPca<PIXELS, SLOTS> {
 
 impl IncrementalPca<400, 16> {
     /// [`update`](Self::update) by a view of 20×20 pixels, in 15 dimensions. What is generic is compiled with the
-    /// program that uses it, and firmware is made small: there it takes six times as long. This is compiled with the
+    /// program that uses it, and firmware is made small: there it takes five times as long. This is compiled with the
     /// core, which is made fast.
     #[inline(never)]
     pub fn update_20x20(&mut self, view: &[u8; 400]) -> Option<Step<16>> {

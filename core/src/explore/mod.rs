@@ -22,7 +22,8 @@
 //!
 //! **Cost.** An update is m·(k + 1)·k multiply-adds to rotate and 5·m·k for the rest: 358,000 instructions of a
 //! Cortex-M4F for 400 pixels and 15 dimensions. Memory is 4·(m + 1)·(k + 2) bytes and some 20 more, 27 KB for the same,
-//! and 6.7 KB of stack during an update; 16 KB of flash.
+//! and 6.7 KB of stack during an update; 16 KB of flash
+//! (stack, flash and the figures of parts are of a build made fast throughout).
 //!
 //! **Limits.** The tests of this layer state and check the errors. The mean is single precision: a view's part in it
 //! is lost after some million views.

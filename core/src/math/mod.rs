@@ -73,12 +73,19 @@ pub fn heading_of(right: f32, down: f32) -> f32 {
     libm::atan2f(right, -down)
 }
 
+/// What [`turn`] gives beyond this is no angle: π, and room for rounding.
+pub(crate) const MAX_TURN_RAD: f32 = 4.0;
+
 /// The same direction as `angle_rad`, in radians: −π to π; 0 for what [`turn`] has no angle for.
 #[must_use]
 #[inline(never)] // once in flash
 pub fn wrapped(angle_rad: f32) -> f32 {
     let angle = turn(0.0, angle_rad);
-    if angle.abs() < 4.0 { angle } else { 0.0 }
+    if angle.abs() < MAX_TURN_RAD {
+        angle
+    } else {
+        0.0
+    }
 }
 
 /// The smaller of two numbers, and the limit for NaN. `f32::min` is a call on a Cortex-M4F; this is for hot loops.

@@ -5,7 +5,7 @@
 //! **Method.** Whole quarters of a turn are taken off in three parts that leave the products exact; polynomials do the
 //! rest (both as in Cephes' `sinf.c`, Moshier 1989, there for eighths).
 //!
-//! **Cost.** 260 bytes of flash, some 50 instructions.
+//! **Cost.** 260 bytes of flash.
 //!
 //! **Limits.** Angles beyond [`MAX_ANGLE_RAD`] are none.
 

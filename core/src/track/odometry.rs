@@ -13,7 +13,11 @@ use super::{
     similarity::{Agreement, Similarity},
     tracks::Tracks,
 };
-use crate::{frame::Frame, math::turn, preprocess::Tilt};
+use crate::{
+    frame::Frame,
+    math::{MAX_TURN_RAD, turn},
+    preprocess::Tilt,
+};
 
 /// When the vehicle turned by this since the reference frame, in radians, or changed its altitude by this share, the
 /// present frame takes its place: windows are not turned or scaled.
@@ -220,7 +224,7 @@ impl<const FRAMES: usize> Odometry<FRAMES> {
     /// not positive.
     pub fn correct_heading(&mut self, heading_rad: f32, variance: f32) -> bool {
         let turn = turn(self.placement().heading_rad, heading_rad);
-        turn.abs() < 4.0 && self.correct(2, turn.clamp(-PI, PI), variance)
+        turn.abs() < MAX_TURN_RAD && self.correct(2, turn.clamp(-PI, PI), variance)
     }
 
     /// Takes in what an altimeter says of the altitude ratio, with its variance: a Kalman update of its logarithm.
